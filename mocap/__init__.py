@@ -1,0 +1,1 @@
+"""Motion capture made cartoon-like.  Nothing is here yet: rubber, analogies and posing follow."""

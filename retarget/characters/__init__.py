@@ -1,0 +1,1 @@
+"""Who plays the motion: read `target`, the one protocol, then `drawing`."""

@@ -1,0 +1,1 @@
+"""What goes out besides pictures: `tables` writes the curves as CSV."""

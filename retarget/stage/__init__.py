@@ -1,0 +1,1 @@
+"""The performance: read `perform` (motion meets target), then `draw2d` (pictures of it)."""
