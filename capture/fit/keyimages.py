@@ -1,0 +1,105 @@
+"""Pictures of every row: the key frames' own pixels, warped onto the in-between meshes (Bregler 2002, 3.1.3, 3.3).
+
+All live on one grid of pixels in key 0's frame, with the keys aligned.  An in-between of keys i and j mixes
+both keys' pixels, s of key j.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.fit.layer import sample
+from capture.motion import affine, keys
+from capture.motion.keys import KeySet
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """A rectangle of pixels in key 0's frame."""
+
+    origin: NDArray  # (2,)
+    shape: tuple[int, int]  # rows, columns
+
+    def points(self) -> NDArray:
+        """Pixel positions (H, W, 2)."""
+        y, x = np.mgrid[: self.shape[0], : self.shape[1]]
+        return np.stack([x, y], -1) + self.origin
+
+
+@dataclass(frozen=True, eq=False)
+class MeshMap:
+    """Which place of a mesh every pixel of a grid shows; beyond its edge the nearest place and the way to it."""
+
+    corners: NDArray  # (H, W, 3) mesh points
+    shares: NDArray  # (H, W, 3) barycentric
+    beyond: NDArray  # (H, W, 2) pixels from the nearest place of the mesh, 0 inside
+
+    def carry(self, values: NDArray) -> NDArray:
+        """Interpolate values (N, C) given at the mesh points: (H, W, C)."""
+        return np.einsum("hwk,hwkc->hwc", self.shares, values[self.corners])
+
+
+def grid_round(shapes: NDArray, margin: int = 12) -> Grid:
+    """The grid that holds shapes (D, N, 2) and a margin."""
+    low = np.floor(shapes.min(axis=(0, 1))).astype(int) - margin
+    high = np.ceil(shapes.max(axis=(0, 1))).astype(int) + margin + 1
+    return Grid(low, (int(high[1] - low[1]), int(high[0] - low[0])))
+
+
+def mesh_map(points: NDArray, faces: NDArray, grid: Grid) -> MeshMap:
+    """Locate every pixel of the grid in a mesh with points (N, 2)."""
+    from scipy.ndimage import distance_transform_edt
+
+    local = points - grid.origin
+    painted = np.full(grid.shape, -1, np.int32)
+    for number, corners in enumerate(np.round(local[faces] * 16).astype(np.int32)):
+        cv2.fillConvexPoly(painted, corners, number, shift=4)
+    _, (row, column) = distance_transform_edt(painted < 0, return_indices=True)
+    y, x = np.mgrid[: grid.shape[0], : grid.shape[1]]
+    nearest = np.stack([column, row], -1).astype(float)
+    triangle = faces[painted[row, column]]
+    a, b, c = np.moveaxis(local[triangle], 2, 0)
+    first, second, way = b - a, c - a, nearest - a
+    area = _cross(first, second)
+    area = np.where(np.abs(area) < 1e-9, 1e-9, area)
+    u, v = _cross(way, second) / area, _cross(first, way) / area
+    return MeshMap(triangle, np.stack([1 - u - v, u, v], -1), np.stack([x, y], -1) - nearest)
+
+
+def row_images(pictures: list[NDArray], keyset: KeySet, shapes: NDArray, grid: Grid, ground: NDArray) -> NDArray:
+    """Pictures (D, H, W, 4) of all rows from the K composites of the key frames, each (H', W', 4)."""
+    count = len(pictures)
+    amount = keys.fold(keyset.rows, np.eye(len(keyset.rows)), count)  # (D, K)
+    images = np.zeros((len(shapes), *grid.shape, 4), np.float32)
+    for number, shape in enumerate(shapes):
+        place = mesh_map(shape, keyset.faces, grid)
+        for key in np.flatnonzero(amount[number] > 0):
+            pulled = pull(pictures[key], keyset.points[key], keyset.removed[key], place, ground)
+            images[number] += np.float32(amount[number, key]) * pulled
+    return images
+
+
+def key_textures(pictures: list[NDArray], keyset: KeySet, place: MeshMap, ground: NDArray) -> NDArray:
+    """Every key's picture (K, H, W, 4) pulled into one shape, that of the mesh map."""
+    pulled = [
+        pull(picture, points, removed, place, ground)
+        for picture, points, removed in zip(pictures, keyset.points, keyset.removed)
+    ]
+    return np.stack(pulled)
+
+
+def pull(picture: NDArray, points: NDArray, removed: NDArray, place: MeshMap, ground: NDArray) -> NDArray:
+    """A key frame's composite (H', W', 4) seen on the grid (H, W, 4), where the mesh has moved from `points` (N, 2).
+
+    Beyond the edge a pixel keeps its distance from the nearest point of the mesh, so that ink outside the
+    outline comes along.
+    """
+    at = affine.apply(removed, (place.carry(points) + place.beyond).reshape(-1, 2))
+    values = sample(picture, at.astype(np.float32), np.append(ground, 0.0))
+    return values.reshape(*place.beyond.shape[:2], -1)
+
+
+def _cross(a: NDArray, b: NDArray) -> NDArray:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

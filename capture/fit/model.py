@@ -1,0 +1,155 @@
+"""A part as the tracker knows it: its colours, its keys, and the templates made from the key frames."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.errors import InputError
+from capture.fit import keyimages, layer, track_affine, track_keys, track_shape
+from capture.fit.keyspace import KeySpace, extended_space
+from capture.fit.layer import Layer
+from capture.motion import affine, keys
+from capture.motion.keys import KeySet
+from capture.pictures import matte
+from capture.pictures.clip import Clip
+from capture.pictures.matte import ColorModel
+from capture.pictures.shot import Part
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """How a picture of the layer is prepared, the same for templates and frames."""
+
+    ground: NDArray  # (3,) the colour behind the layer
+    flatness: float  # how far alpha counts at full size
+    levels: int
+
+    def layer(self, image: NDArray, alpha: NDArray, origin: NDArray) -> Layer:
+        """A picture (H, W, 3) and its matte (H, W) made comparable."""
+        return layer.layer(layer.composite(image, alpha, self.ground), origin, self.ground, self.levels, self.flatness)
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeModel:
+    """What a part with several keys needs beside its first key's template."""
+
+    space: KeySpace
+    eigen: track_keys.EigenTemplate
+    bent: track_shape.ShapeTemplate
+    to_keys: NDArray  # (L, K) from mode weights to rough key weights, added to their mean
+    mean_amounts: NDArray  # (K,)
+
+
+@dataclass(frozen=True, eq=False)
+class PartModel:
+    """Everything that is learnt of a part before its frames are gone through."""
+
+    part: Part
+    keyset: KeySet
+    colors: ColorModel
+    view: View
+    rigid: track_affine.Template
+    shape: ShapeModel | None  # None for a part with one key
+
+
+def learn(part: Part, clip: Clip, first: int) -> PartModel:
+    """Learn a part from its key frames; `first` is the clip frame the shot starts at, as `clip` counts from it."""
+    frames = [_frame_of(key.frame, clip, first, part.name) for key in part.keys]
+    pictures = [np.asarray(clip[frame])[..., :3] for frame in frames]
+    colors = learn_colors(part, pictures)
+    mattes = [matte.cut(colors, picture) for picture in pictures]
+    if part.keys[0].outline:
+        outlines = part.outlines()
+        inside = [matte.fill(clip.size, outline) for outline in outlines]
+        mattes = [matte.cut(colors, picture, near) for picture, near in zip(pictures, inside)]
+    else:
+        outlines = matte.trace(mattes[0], step=3.0)[None]
+    _inside_picture(outlines, clip.size, part)
+    keyset = keys.keyset(tuple(key.name for key in part.keys), outlines)
+    ground = layer.mean_color(pictures[0], mattes[0])
+    view = View(ground, layer.flatness(pictures[0], mattes[0], ground), layer.levels_for(outlines[0]))
+    window = layer.window(outlines[0], clip.size, 24)
+    origin = np.array([window[1].start, window[0].start])
+    key_layer = view.layer(pictures[0][window], mattes[0][window], origin)
+    rigid = track_affine.template(key_layer, outlines[0])
+    shape = _shape_model(keyset, pictures, mattes, view) if len(part.keys) > 1 else None
+    return PartModel(part, keyset, colors, view, rigid, shape)
+
+
+def learn_colors(part: Part, pictures: list[NDArray]) -> ColorModel:
+    """The part's colours, from what the shot gives: outlines, a colour, scribbles or a box."""
+    size = (pictures[0].shape[1], pictures[0].shape[0])
+    if part.keys[0].outline:
+        seeds = [matte.seed_outline(size, np.array(key.outline)) for key in part.keys]
+        picture = np.concatenate(pictures)
+        return matte.learn(picture, np.concatenate([s[0] for s in seeds]), np.concatenate([s[1] for s in seeds]))
+    if part.color is not None:
+        seeds = matte.seed_color(pictures[0], part.color)
+    elif part.inside:
+        seeds = matte.seed_scribbles(size, [np.array(s) for s in part.inside], [np.array(s) for s in part.outside])
+    elif part.box is not None:
+        seeds = matte.seed_box(pictures[0], part.box)
+    else:
+        raise InputError(
+            f"part {part.name!r} must say which pixels are its own: give its key an outline, or a box, a colour or "
+            "scribbles"
+        )
+    return matte.learn(pictures[0], *seeds)
+
+
+def _shape_model(keyset: KeySet, pictures: list[NDArray], mattes: list[NDArray], view: View) -> ShapeModel:
+    shapes = keys.shapes(keyset)
+    space = extended_space(shapes)
+    composites = [layer.composite(picture, alpha, view.ground) for picture, alpha in zip(pictures, mattes)]
+    grid = keyimages.grid_round(shapes)
+
+    def as_layer(composed: NDArray) -> Layer:
+        return layer.layer(composed, grid.origin, view.ground, view.levels, view.flatness)
+
+    outline = space.mean[keyset.outline]
+    images = keyimages.row_images(composites, keyset, shapes, grid, view.ground)
+    eigen = track_keys.eigen_template([as_layer(image) for image in images], outline, space)
+    place = keyimages.mesh_map(space.mean, keyset.faces, grid)
+    textures = keyimages.key_textures(composites, keyset, place, view.ground)
+    bent = track_shape.shape_template([as_layer(texture) for texture in textures], place, space)
+    amounts = keys.fold(keyset.rows, np.eye(len(keyset.rows)), len(keyset.names))
+    mean = amounts.mean(axis=0)
+    to_keys = np.linalg.lstsq(space.coefficients, amounts - mean, rcond=1e-3)[0]
+    return ShapeModel(space, eigen, bent, to_keys, mean)
+
+
+def amounts(model: ShapeModel, alpha: NDArray) -> NDArray:
+    """Rough key weights (K,), 0 or more with sum 1, of mode weights (L,): how the keys' textures are mixed."""
+    rough = np.clip(model.mean_amounts + alpha @ model.to_keys, 0, None)
+    return rough / max(rough.sum(), 1e-9)
+
+
+def outline_at(model: PartModel, placed: NDArray, alpha: NDArray) -> NDArray:
+    """The part's boundary (B, 2) in a frame."""
+    return affine.apply(placed, mesh_shape(model, alpha)[model.keyset.outline])
+
+
+def mesh_shape(model: PartModel, alpha: NDArray) -> NDArray:
+    """The part's mesh (N, 2), aligned, for mode weights (L,)."""
+    if model.shape is None:
+        return model.keyset.points[0]
+    return model.shape.space.mean + np.tensordot(alpha, model.shape.space.modes, axes=1)
+
+
+def _frame_of(frame: int, clip: Clip, first: int, part: str) -> int:
+    if not first <= frame < first + len(clip):
+        raise InputError(
+            f"part {part!r}: a key frame must lie in the shot's frames {first} to {first + len(clip) - 1}, got {frame}"
+        )
+    return frame - first
+
+
+def _inside_picture(outlines: NDArray, size: tuple[int, int], part: Part) -> None:
+    for key, outline in zip(part.keys, outlines):
+        low, high = outline.min(axis=0), outline.max(axis=0)
+        if (high < 0).any() or low[0] > size[0] - 1 or low[1] > size[1] - 1:
+            raise InputError(
+                f"part {part.name!r}, key {key.name!r}: the outline must lie in the {size[0]} x {size[1]} picture, it "
+                f"reaches from ({low[0]:.0f}, {low[1]:.0f}) to ({high[0]:.0f}, {high[1]:.0f})"
+            )

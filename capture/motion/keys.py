@@ -1,0 +1,100 @@
+"""Key shapes of one part, and the in-betweens between them (Bregler et al. 2002, sections 3.1.2-3.1.3).
+
+Source and target are both a `KeySet`, aligned by the same function: what a key turned, stretched or
+moved against key 0 is taken out (eq. 5) and kept beside it.  Otherwise a key's own turn would hide in the
+weights and be lost on the target.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.errors import InputError
+from capture.motion import affine, arap, triangulate
+
+Inbetweener = Callable[[NDArray, NDArray, NDArray], NDArray]
+"""A rule that draws rows: (keys (K, N, d), faces (F, 3), rows (D, 3)) -> shapes (D, N, d)."""
+
+
+@dataclass(frozen=True, eq=False)
+class KeySet:
+    """The key drawings of one part as one mesh in K shapes, all aligned to key 0.
+
+    Weights are over rows [i, j, s]: key i, s of the way to key j; a key itself is [i, i, 0].
+    """
+
+    names: tuple[str, ...]  # K
+    points: NDArray  # (K, N, d), aligned to key 0; the outline's own points come first
+    faces: NDArray  # (F, 3)
+    outline: NDArray  # (B,) the boundary, point by point in order
+    rows: NDArray  # (D, 3)
+    removed: NDArray  # (K, d, d + 1) from an aligned key back to where it was drawn
+
+
+def keyset(names: tuple[str, ...], outlines: NDArray, inbetweens: int = 5, spacing: float | None = None) -> KeySet:
+    """Mesh and align K corresponding closed outlines (K, B, 2), with `inbetweens` rows for every pair of keys.
+
+    The inside of a later key is carried over from key 0 as rigidly as possible.
+    """
+    outlines = np.asarray(outlines, float)
+    if outlines.ndim != 3 or len(names) != len(outlines) or outlines.shape[1] < 3:
+        raise InputError(
+            f"keys need one outline each, of the same number (3 or more) of points: {len(names)} keys "
+            f"{', '.join(names)} came with outlines of shape {outlines.shape}"
+        )
+    outlines, loop, inside, faces = triangulate.triangulate(outlines, spacing)
+    boundary = outlines.shape[1]
+    rest = np.vstack([outlines[0], inside])
+    handles = np.repeat(np.arange(boundary)[:, None], 3, axis=1)
+    shares = np.tile([1.0, 0.0, 0.0], (boundary, 1))
+    drawn = [rest]
+    for outline in outlines[1:]:
+        carried = arap.carry(rest, faces, handles, shares, outline)
+        drawn.append(np.vstack([outline, carried[boundary:]]))
+    points, removed = align(np.stack(drawn), loop)
+    return KeySet(tuple(names), points, faces, loop, inbetween_rows(len(names), inbetweens), removed)
+
+
+def align(drawn: NDArray, outline: NDArray) -> tuple[NDArray, NDArray]:
+    """Take out of keys (K, N, d) the affine map against key 0 (eq. 5), measured on the `outline` points (B,).
+
+    Returns aligned keys (K, N, d) and the removed maps (K, d, d + 1): drawn = removed applied to aligned.
+    Source and target go through this same function, each against its own key 0.
+    """
+    drawn = np.asarray(drawn, float)
+    removed = affine.fit(drawn[0, outline], drawn[:, outline])
+    removed[0] = affine.identity(drawn.shape[-1])
+    return affine.apply(affine.invert(removed), drawn), removed
+
+
+def inbetween_rows(keys: int, inbetweens: int = 5) -> NDArray:
+    """Rows (D, 3): each key, then `inbetweens` steps of every pair once, D = K + K (K - 1) / 2 * M.
+
+    Erratum: section 3.1.3 counts (K - 1)(K - 2) M, which is none for two keys.
+    """
+    rows = [(i, i, 0.0) for i in range(keys)]
+    steps = np.arange(1, inbetweens + 1) / (inbetweens + 1)
+    rows += [(i, j, s) for i in range(keys) for j in range(i + 1, keys) for s in steps]
+    return np.array(rows, float)
+
+
+def shapes(keys: KeySet, rule: Inbetweener = arap.inbetweens) -> NDArray:
+    """All rows redrawn (D, N, d) by the rule; as rigid as possible unless told otherwise."""
+    return rule(keys.points, keys.faces, keys.rows)
+
+
+def fold(rows: NDArray, weights: NDArray, keys: int) -> NDArray:
+    """Weights over rows (..., D) as weights over keys (..., K): a row gives 1 - s to key i and s to key j."""
+    rows = np.asarray(rows, float)
+    table = np.zeros((len(rows), keys))
+    at = np.arange(len(rows))
+    np.add.at(table, (at, rows[:, 0].astype(int)), 1 - rows[:, 2])
+    np.add.at(table, (at, rows[:, 1].astype(int)), rows[:, 2])
+    return np.asarray(weights) @ table
+
+
+def with_rows(keys: KeySet, rows: NDArray) -> KeySet:
+    """The same keys with other in-between rows (D, 3), such as those of a captured motion."""
+    return replace(keys, rows=np.asarray(rows, float))

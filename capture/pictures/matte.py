@@ -1,0 +1,213 @@
+"""The layer's soft matte from a probabilistic colour model (Bregler et al. 2002, section 3.3, sub-part layers).
+
+Usually a cartoon layer has its own colours.  Two mixtures of Gaussians, of the colours inside and outside,
+are baked into tables over a coarse colour cube, so that a frame costs one look-up; the tables then
+follow the clip slowly, for film that fades and flickers.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.errors import InputError
+
+BINS = 32  # per channel
+
+
+@dataclass(frozen=True, eq=False)
+class ColorModel:
+    """How likely each colour is inside and outside the layer."""
+
+    inside: NDArray  # (32, 32, 32) float32, sums to 1
+    outside: NDArray  # (32, 32, 32) float32, sums to 1
+
+    def probability(self) -> NDArray:
+        """Chance (32, 32, 32) that a pixel of this colour belongs to the layer, at even odds."""
+        return self.inside / (self.inside + self.outside)
+
+
+def learn(image: NDArray, inside: NDArray, outside: NDArray, colors: int = 6) -> ColorModel:
+    """A colour model from an RGB image (H, W, 3) and two masks (H, W) of pixels known to be in and out."""
+    image = image[..., :3]
+    for name, mask in (("inside", inside), ("outside", outside)):
+        if np.count_nonzero(mask) < 16:
+            raise InputError(
+                f"a matte needs at least 16 pixels known to be {name} the layer, the region gives "
+                f"{np.count_nonzero(mask)}: draw a larger box or outline that leaves some background"
+            )
+    return ColorModel(_bake(image[inside > 0], colors), _bake(image[outside > 0], colors))
+
+
+def seed_outline(size: tuple[int, int], outline: NDArray, margin: int = 3) -> tuple[NDArray, NDArray]:
+    """Masks in and out (H, W) from an outline (B, 2), each `margin` pixels away from it."""
+    mask = fill(size, outline)
+    brush = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * margin + 1, 2 * margin + 1))
+    inner = cv2.erode(mask, brush)
+    return (inner if inner.any() else mask), 1 - cv2.dilate(mask, brush)
+
+
+def seed_box(image: NDArray, box: tuple[float, float, float, float], rounds: int = 4) -> tuple[NDArray, NDArray]:
+    """Masks in and out (H, W) from a box (x, y, width, height) drawn round the layer.
+
+    What lies round the box is background; what in the box does not look like it is the layer, learnt again
+    a few times.
+    """
+    height, width = image.shape[:2]
+    x, y, w, h = box
+    x0, y0, x1, y1 = round(x), round(y), round(x + w), round(y + h)
+    if w <= 0 or h <= 0 or x0 < 0 or y0 < 0 or x1 > width or y1 > height:
+        raise InputError(
+            f"a box (x, y, width, height) must lie inside the {width} x {height} picture, got "
+            f"({x:g}, {y:g}, {w:g}, {h:g})"
+        )
+    within = np.zeros((height, width), np.uint8)
+    within[y0:y1, x0:x1] = 1
+    outside = 1 - within
+    if outside.sum() < 16:
+        raise InputError("a box must leave some background round the layer, this one covers the whole picture")
+    cx, cy = (x0 + x1) / 2, (y0 + y1) / 2
+    yy, xx = np.mgrid[:height, :width]
+    near = ((xx - cx) / (x1 - x0) * 2) ** 2 + ((yy - cy) / (y1 - y0) * 2) ** 2 < 1
+    behind = _bake(image[..., :3][outside > 0], 6)
+    inside = within * near
+    for _ in range(rounds):
+        model = ColorModel(_bake(image[..., :3][inside > 0], 6), behind)
+        found = (_look_up(model, image) > 0.5) & (within > 0)
+        if np.count_nonzero(found) < 16:
+            break
+        inside = _components(found.astype(np.uint8), found.astype(np.uint8))
+    return inside, outside
+
+
+def seed_color(image: NDArray, color: tuple[int, int, int], tolerance: float = 40.0) -> tuple[NDArray, NDArray]:
+    """Masks in and out (H, W): the largest patch within `tolerance` grey levels of an RGB colour, and the rest."""
+    distance = np.linalg.norm(image[..., :3].astype(float) - color, axis=-1)
+    near = (distance < tolerance).astype(np.uint8)
+    if np.count_nonzero(near) < 16:
+        raise InputError(
+            f"a colour must occur in the frame it is picked from: fewer than 16 pixels are within {tolerance:g} "
+            f"grey levels of {tuple(color)}, take the colour from the picture itself"
+        )
+    inside = _components(near, near)
+    return inside, ((1 - cv2.dilate(inside, np.ones((5, 5)))) & (distance > 0.5 * tolerance)).astype(np.uint8)
+
+
+def seed_scribbles(
+    size: tuple[int, int], inside: list[NDArray], outside: list[NDArray], width: int = 5
+) -> tuple[NDArray, NDArray]:
+    """Masks in and out (H, W) from strokes, each (N, 2), drawn with a brush `width` pixels wide."""
+    masks = []
+    for strokes in (inside, outside):
+        mask = np.zeros((size[1], size[0]), np.uint8)
+        for stroke in strokes:
+            cv2.polylines(mask, [np.round(np.asarray(stroke)).astype(np.int32)], False, 1, width)
+        masks.append(mask)
+    return masks[0], masks[1]
+
+
+def cut(model: ColorModel, image: NDArray, near: NDArray | None = None, reach: float = 0.25) -> NDArray:
+    """The soft matte (H, W), 0-1 float32, of the layer in an RGB image.
+
+    `near` (H, W) is a mask of where it is expected: patches that touch it are kept, the others dropped, and so is
+    anything smaller than `reach` of the largest patch.  Without it the largest patch is the layer.
+    Holes are filled: eyes and highlights belong to the layer whatever their colour.
+    """
+    chance = cv2.GaussianBlur(_look_up(model, image), (0, 0), 0.7)
+    hard = (chance > 0.5).astype(np.uint8)
+    layer = _components(hard, hard if near is None else near, reach)
+    solid = _fill_holes(layer)
+    rim = cv2.dilate(solid, np.ones((3, 3), np.uint8))
+    soft = np.where(solid > layer, 1.0, chance).astype(np.float32)
+    return np.clip((soft * rim - 0.1) / 0.8, 0, 1)
+
+
+def adapt(model: ColorModel, image: NDArray, matte: NDArray, rate: float = 0.05) -> ColorModel:
+    """The model moved a little (`rate`) towards the colours of this frame's sure pixels."""
+    sure_in, sure_out = matte > 0.95, matte < 0.05
+    if min(np.count_nonzero(sure_in), np.count_nonzero(sure_out)) < 64:
+        return model
+    tables = []
+    for table, sure in ((model.inside, sure_in), (model.outside, sure_out)):
+        seen = np.bincount(_index(image[sure]), minlength=BINS**3).reshape(BINS, BINS, BINS)
+        seen = _smooth(seen.astype(np.float32))
+        tables.append((1 - rate) * table + rate * seen / seen.sum())
+    return ColorModel(*tables)
+
+
+def fill(size: tuple[int, int], outline: NDArray) -> NDArray:
+    """Mask (H, W) uint8 of a closed outline (B, 2), for a picture of (width, height)."""
+    mask = np.zeros((size[1], size[0]), np.uint8)
+    return cv2.fillPoly(mask, [np.round(np.asarray(outline) * 16).astype(np.int32)], 1, shift=4)
+
+
+def trace(matte: NDArray, step: float = 1.0) -> NDArray:
+    """The matte's longest outline (B, 2) at half opacity, sub-pixel, a point about every `step` pixels."""
+    from skimage.measure import find_contours
+
+    from capture.motion.triangulate import resample
+
+    contours = find_contours(np.pad(matte, 1), 0.5)
+    if not contours:
+        raise InputError("a matte must hold something to be traced, this one is empty: choose another box or colour")
+    contour = max(contours, key=len)[:-1, ::-1] - 1
+    length = np.linalg.norm(np.diff(contour, axis=0), axis=1).sum()
+    return resample(contour, max(8, round(length / step)))
+
+
+def _bake(pixels: NDArray, colors: int) -> NDArray:
+    """Density table (32, 32, 32) of RGB pixels (P, 3) as a mixture of Gaussians."""
+    import warnings
+
+    from sklearn.mixture import GaussianMixture
+
+    some = pixels.reshape(-1, 3)
+    if len(some) > 4000:
+        some = some[np.random.default_rng(0).choice(len(some), 4000, replace=False)]
+    some = some.astype(float)
+    colors = min(colors, len(np.unique(some, axis=0)), len(some) // 2)
+    mixture = GaussianMixture(max(colors, 1), reg_covar=16.0, max_iter=40, random_state=0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # flat colours give fewer clusters than asked for: nothing is wrong
+        mixture.fit(some)
+    centres = (np.arange(BINS) + 0.5) * (256 / BINS) - 0.5
+    grid = np.stack(np.meshgrid(centres, centres, centres, indexing="ij"), -1).reshape(-1, 3)
+    table = np.exp(np.maximum(mixture.score_samples(grid), -60)).astype(np.float32)
+    table = table / table.sum() + 1e-9
+    return (table / table.sum()).reshape(BINS, BINS, BINS)
+
+
+def _index(image: NDArray) -> NDArray:
+    """Flat table index of every pixel's colour."""
+    bins = (image[..., :3] >> 3).astype(np.int32)
+    return (bins[..., 0] * BINS + bins[..., 1]) * BINS + bins[..., 2]
+
+
+def _look_up(model: ColorModel, image: NDArray) -> NDArray:
+    return model.probability().ravel()[_index(image)].astype(np.float32)
+
+
+def _smooth(table: NDArray) -> NDArray:
+    from scipy.ndimage import gaussian_filter
+
+    return gaussian_filter(table, 0.7) + 1e-9
+
+
+def _components(mask: NDArray, near: NDArray, reach: float = 0.25) -> NDArray:
+    """The patches of a mask (uint8) that touch `near` and are not much smaller than the largest of those."""
+    count, labels = cv2.connectedComponents(mask, connectivity=4)
+    if count < 2:
+        return mask
+    touching = np.bincount(labels[near > 0], minlength=count)
+    touching[0] = 0
+    if not touching.any():
+        return np.zeros_like(mask)
+    return (touching >= max(reach * touching.max(), 1))[labels].astype(np.uint8)
+
+
+def _fill_holes(mask: NDArray) -> NDArray:
+    """The mask with everything it encloses."""
+    framed = np.pad(mask, 1)
+    cv2.floodFill(framed, None, (0, 0), 2)
+    return (framed[1:-1, 1:-1] != 2).astype(np.uint8)

@@ -1,0 +1,201 @@
+"""Video files as clips: a pass over the packets finds the frames, decoding waits until one is asked for."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from threading import Lock
+
+import av
+import numpy as np
+from av.video.reformatter import Interpolation
+from numpy.typing import NDArray
+
+from capture.errors import InputError
+from capture.pictures.clip import Clip, remembering
+from capture.pictures.stills import told_short
+
+# Left to itself FFmpeg plays text files as terminal art and follows playlists into the network.
+CONTAINERS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg,ogg,flv,asf"
+DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}  # FFmpeg's own drop the alpha
+SMOOTHLY = Interpolation.BICUBIC | Interpolation.FULL_CHR_H_INT | Interpolation.ACCURATE_RND
+ITU709, UNSPECIFIED = 1, 2  # colour spaces, in FFmpeg's numbers
+
+
+@dataclass(frozen=True, eq=False)
+class Index:
+    """The frames of a video in the order they are shown, from its packets."""
+
+    pts: NDArray  # (T,) when each is shown, in ticks, rising
+    dts: NDArray  # (T,) where its packet is found, in ticks
+    lasts: NDArray  # (T,) how long the packet says it lasts, in ticks, 0 where it does not
+    keys: NDArray  # (n,) frames at which decoding can begin, rising; the first is 0
+    tick: float  # seconds
+    rate: float  # frames a second the container claims, 0 where it does not
+    promised: int  # frames there should be, at least T
+
+
+def read_video(path: Path) -> Clip:
+    """Open anything FFmpeg reads; of a truncated file what decodes is used, and `notes` says so."""
+    with _damage_told(path):
+        index = _index(path)
+        index = _without_broken_tail(path, index)
+        frame = next(_decode_from(_open(path), index, 0))[1]
+    turns = round(frame.rotation / 90) % 4  # a phone held upright
+    size = (frame.width, frame.height) if turns % 2 == 0 else (frame.height, frame.width)
+    has_alpha = any(component.is_alpha for component in frame.format.components)
+    shape = dict(width=frame.width, height=frame.height, format="rgba" if has_alpha else "rgb24")
+
+    def picture(frame: av.VideoFrame) -> NDArray:
+        # Without a tag, high definition is ITU-R 709 and the rest 601: what players assume.
+        guess = ITU709 if frame.colorspace == UNSPECIFIED and frame.height >= 720 else None
+        array = frame.to_ndarray(src_colorspace=guess, interpolation=SMOOTHLY, **shape)
+        return np.ascontiguousarray(np.rot90(array, turns))
+
+    edges, fps = _timing(index)
+    notes = ()
+    if index.promised > len(index.pts):
+        notes = (told_short(path, index.promised, len(index.pts)),)
+    fetch = remembering(_fetcher(path, index, picture), size)
+    return Clip(str(path), size, fps, edges, has_alpha, notes, fetch)
+
+
+def _index(path: Path) -> Index:
+    """Demux the whole file once, without decoding."""
+    container, stream, _ = _open(path)
+    rows, count, ends = [], 0, 0.0
+    try:
+        for packet in container.demux():
+            if packet.pts is None and packet.dts is None:
+                continue
+            shown = packet.dts if packet.pts is None else packet.pts
+            ends = max(ends, float((shown + (packet.duration or 0)) * packet.time_base))
+            if packet.stream.index != stream.index:
+                continue
+            count += 1
+            hidden = stream.codec_context.name in ("vp8", "libvpx") and not bytes(packet)[0] >> 4 & 1
+            if not (packet.is_corrupt or packet.is_discard or hidden):
+                found = shown if packet.dts is None else packet.dts
+                rows.append((shown, found, packet.duration or 0, packet.is_keyframe))
+    except av.FFmpegError:
+        pass  # cut off: what came before is used
+    if not rows:
+        raise InputError(f"{path}: a video must hold frames, this one holds none; make it again")
+    pts, dts, lasts, key = np.array(rows, np.int64).T
+    pts, order = np.unique(pts, return_index=True)
+    keys = np.union1d([0], np.flatnonzero(key[order]))
+    rate = float(stream.average_rate or stream.guessed_rate or 0)
+    promised = count
+    begins = (container.start_time or 0) / av.time_base
+    missing = (container.duration or 0) / av.time_base - (ends - begins)
+    if missing * rate > 2:  # only then: some containers count frames that an edit list hides
+        promised = max(count, stream.frames or round(count + missing * rate))
+    container.close()
+    return Index(pts, dts[order], lasts[order], keys, float(stream.time_base), rate, promised)
+
+
+def _without_broken_tail(path: Path, index: Index) -> Index:
+    """Leave out the frames after the last key frame that do not decode; if all of them, go back a key frame."""
+    source = _open(path)
+    for key in index.keys[::-1]:
+        alive = [n for n, _ in _decode_from(source, index, key) if n >= key]
+        if alive:
+            kept = np.append(np.arange(key), alive)
+            keys = np.flatnonzero(np.isin(kept, index.keys))
+            pts, dts, lasts = index.pts[kept], index.dts[kept], index.lasts[kept]
+            return replace(index, pts=pts, dts=dts, lasts=lasts, keys=keys)
+    raise InputError(
+        f"{path}: a video must hold frames that decode, none of its {len(index.pts)} does; make it again"
+    )
+
+
+def _timing(index: Index) -> tuple[NDArray, float]:
+    """Edges (T + 1,) in seconds, and frames a second: as claimed where that fits all edges, else the mean."""
+    T, ticks = len(index.pts), index.pts - index.pts[0]
+    last = index.lasts[-1] * index.tick or (1 / index.rate if index.rate else 0)
+    last = last or (ticks[-1] * index.tick / (T - 1) if T > 1 else 1 / 24)
+    edges = np.append(ticks * index.tick, ticks[-1] * index.tick + last)
+    even = index.rate and np.abs(edges - np.arange(T + 1) / index.rate).max() <= 1.5 * index.tick
+    return edges, index.rate if even else T / float(edges[-1])
+
+
+def _fetcher(path: Path, index: Index, picture: Callable[[av.VideoFrame], NDArray]) -> Callable[[int], NDArray]:
+    """Frame by number.  The decoder stays where it is: the next frame, or one before the next key, needs no seek."""
+    source, lock = _open(path), Lock()
+    coming, at = iter(()), len(index.pts)  # the frames to come, and the number of the latest
+
+    def fetch(i: int) -> NDArray:
+        nonlocal coming, at
+        with lock:
+            key = index.keys[np.searchsorted(index.keys, i, side="right") - 1]
+            if not key - 1 <= at < i:
+                coming = _decode_from(source, index, i)
+            for at, frame in coming:
+                if at == i:
+                    return picture(frame)
+                if at > i:
+                    break
+            at = len(index.pts)
+        raise InputError(
+            f"{path}: every frame must decode, frame {i} does not; end the clip there (stop={i}) or encode it again"
+        )
+
+    return fetch
+
+
+Source = tuple[av.container.InputContainer, av.VideoStream, av.VideoCodecContext]
+
+
+def _open(path: Path) -> Source:
+    with _damage_told(path):
+        container = av.open(str(path.absolute()), options={"format_whitelist": CONTAINERS})
+    streams = [s for s in container.streams.video if not s.disposition & s.disposition.attached_pic]
+    if not streams:
+        raise InputError(f"{path}: a clip must hold pictures, this file has only sound; give a video")
+    stream = streams[0]
+    name = DECODERS.get(stream.codec_context.name)
+    decoder = av.CodecContext.create(name, "r") if name else stream.codec_context
+    decoder.thread_count = 2
+    return container, stream, decoder
+
+
+def _decode_from(source: Source, index: Index, i: int) -> Iterator[tuple[int, av.VideoFrame]]:
+    """Frames and their numbers in the order shown, from the key frame at or before frame i to the end."""
+    container, stream, decoder = source
+    first = index.keys[np.searchsorted(index.keys, i, side="right") - 1]
+    container.seek(int(index.dts[first]), stream=stream)
+    if decoder.is_open:
+        decoder.flush_buffers()
+    for frame in _decode(container.demux(stream), decoder):
+        shown = frame.dts if frame.pts is None else frame.pts
+        n = int(np.searchsorted(index.pts, shown))
+        if n < len(index.pts) and index.pts[n] == shown:
+            yield n, frame
+
+
+def _decode(packets: Iterator[av.Packet], decoder: av.VideoCodecContext) -> Iterator[av.VideoFrame]:
+    """Every frame that decodes; a damaged packet costs its own frames, and a cut file ends here."""
+    while True:
+        try:
+            packet = next(packets, None)
+        except av.FFmpegError:
+            packet = None
+        end = packet is None or packet.size == 0
+        try:
+            frames = decoder.decode(None if end else packet)
+        except av.FFmpegError:
+            frames = []
+        yield from frames
+        if end:
+            return
+
+
+@contextmanager
+def _damage_told(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except av.FFmpegError as error:
+        raise InputError(
+            f"{path}: a clip must be a video, an animated picture or a folder of pictures, this is none "
+            f"that can be read ({error.strerror}); convert it"
+        ) from error

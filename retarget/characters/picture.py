@@ -1,0 +1,185 @@
+"""Pictures that play a part: a PNG or JPG on a mesh, bent with it.
+
+A picture's outline comes from its alpha, or from points in the cast.  One picture can serve all keys, then
+the outlines say how it bends; or every key has its own, then the pictures melt into each other.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.errors import InputError
+from capture.motion import affine, arap, keys, triangulate
+from capture.motion.keys import Inbetweener, KeySet
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """One picture in ever smaller sizes, and where the mesh lies in it."""
+
+    pixels: tuple[NDArray, ...]  # (h, w, 4) float32, 0-1, premultiplied; each half the size of the one before
+    points: NDArray  # (N, 2) mesh points in the first of them
+
+    def level(self, scale: float) -> NDArray:
+        """The size that suits a drawing at `scale` page pixels for a picture's pixel."""
+        number = round(np.log2(1 / max(scale, 1e-6)))
+        return self.pixels[int(np.clip(number, 0, len(self.pixels) - 1))]
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnPicture:
+    """A picture posed on the page: the mesh's places and the layers mixed on it."""
+
+    points: NDArray  # (N, 2) on the page
+    faces: NDArray  # (F, 3)
+    rings: tuple[NDArray, ...]  # closed boundary loops of point numbers
+    layers: tuple[tuple[Layer, float], ...]  # with shares that sum to 1
+    scale: float  # page pixels for a picture's pixel
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A textured mesh as a target."""
+
+    part: str
+    keys: KeySet
+    box: NDArray  # (2, 2)
+    layers: tuple[Layer, ...]  # one, or one for every key
+    between: Inbetweener = arap.inbetweens
+    height: float = 1.0
+    pivot: NDArray | None = None
+
+    def shapes(self, rows: NDArray) -> NDArray:
+        """The mesh (D, N, 2) redrawn for rows (D, 3)."""
+        return keys.shapes(keys.with_rows(self.keys, rows), self.between)
+
+    def posed(self, points: NDArray, weights: NDArray, scale: float) -> list[DrawnPicture]:
+        """The picture on points (N, 2) of the stage; pictures of their own are mixed by the key weights (K,)."""
+        if len(self.layers) == 1:
+            mixed = ((self.layers[0], 1.0),)
+        else:
+            shares = np.clip(weights, 0, None) / np.clip(weights, 0, None).sum()
+            mixed = tuple(
+                (layer, float(share)) for layer, share in zip(self.layers, shares, strict=True) if share > 1e-3
+            )
+        return [DrawnPicture(points, self.keys.faces, (self.keys.outline,), mixed, scale)]
+
+
+def read_picture(
+    part: str,
+    names: tuple[str, ...],
+    paths: list[Path],
+    outlines: list[NDArray | None],
+    between: Inbetweener = arap.inbetweens,
+) -> Picture:
+    """A picture character from one image (or the same for all keys), or one for every key.
+
+    Several keys need an outline (B, 2) each, in pixels, of the same number of points; a single key may leave
+    it to the picture's alpha.
+    """
+    images = {path: read_image(path) for path in dict.fromkeys(paths)}
+    if len(names) == 1 and outlines[0] is None:
+        outline = outline_of(images[paths[0]], str(paths[0]))
+        box = _visible_box(images[paths[0]])
+    else:
+        counts = [0 if outline is None else len(outline) for outline in outlines]
+        if min(counts) < 3 or len(set(counts)) > 1:
+            shown = ", ".join(f"{name} {count}" for name, count in zip(names, counts, strict=True))
+            raise InputError(
+                f"part {part!r}: pictures for several keys need an outline each, of the same 3 or more points, "
+                f"these have {shown}: give them in the cast"
+            )
+        outline = np.stack(outlines)
+        box = np.stack([outline[0].min(axis=0), outline[0].max(axis=0)])
+        if len(outline[0]) < 60:  # a rough outline still gets a mesh that bends
+            outline = _denser(outline, 120)
+    outline = np.reshape(outline, (len(names), -1, 2))
+    spacing = max(np.sqrt(abs(_area(outline[0])) / 400), 1.0)
+    keyset = keys.keyset(names, outline, spacing=spacing)
+    drawn = affine.apply(keyset.removed, keyset.points)
+    layers = [Layer(_sizes(images[path]), drawn[number]) for number, path in enumerate(paths)]
+    return Picture(part, keyset, box, tuple(layers if len(images) > 1 else layers[:1]), between)
+
+
+def read_image(path: str | Path) -> NDArray:
+    """An image file as uint8 RGBA (H, W, 4), turned upright if it says so."""
+    from PIL import Image, ImageOps, UnidentifiedImageError
+
+    try:
+        with Image.open(path) as image:
+            return np.array(ImageOps.exif_transpose(image).convert("RGBA"))
+    except FileNotFoundError:
+        raise InputError(f"a picture must be a file that exists: there is no {path}") from None
+    except (OSError, UnidentifiedImageError, ValueError) as error:
+        raise InputError(f"{path} must be a picture such as PNG or JPG, it cannot be read: {error}") from None
+
+
+def outline_of(image: NDArray, name: str = "the picture", count: int | None = None) -> NDArray:
+    """The outline (B, 2) of a picture's opaque part, from its alpha, grown by two pixels to hold the soft border."""
+    import shapely
+    from skimage import measure
+
+    alpha = np.pad(image[..., 3].astype(float), 2)
+    if image[..., 3].min() > 127:
+        raise InputError(
+            f"{name} must have a transparent surrounding to be cut out, it has none: "
+            "give an outline in the cast or make its background transparent"
+        )
+    contours = [contour[:, ::-1] - 2 for contour in measure.find_contours(alpha, 127.5) if len(contour) > 3]
+    if not contours:
+        raise InputError(f"{name} must have something opaque on it, all of it is transparent")
+    solids = [shapely.make_valid(shapely.Polygon(contour)).buffer(2.0) for contour in contours]
+    union = shapely.union_all(solids)
+    largest = max(getattr(union, "geoms", [union]), key=lambda solid: solid.area)
+    ring = np.array(shapely.Polygon(largest.exterior).simplify(0.3).exterior.coords)[:-1]
+    if count is None:
+        count = int(np.clip(largest.length / np.sqrt(largest.area / 400), 40, 400))
+    return valid_ring(ring, count)
+
+
+def valid_ring(ring: NDArray, count: int) -> NDArray:
+    """`count` even points (B, 2) along a ring (B, 2), or more where so few would make it cross itself."""
+    import shapely
+
+    for factor in (1, 2, 4):
+        even = triangulate.resample(ring, factor * count)
+        if shapely.Polygon(even).is_valid:
+            return even
+    return ring
+
+
+def _denser(outlines: NDArray, count: int) -> NDArray:
+    """Corresponding outlines (K, B, 2) with each step cut alike, about `count` points, the given ones kept."""
+    parts = max(1, round(count / outlines.shape[1]))
+    s = np.arange(parts)[:, None] / parts
+    after = np.roll(outlines, -1, axis=1)
+    dense = (1 - s) * outlines[:, :, None] + s * after[:, :, None]
+    return dense.reshape(len(outlines), -1, 2)
+
+
+def _visible_box(image: NDArray) -> NDArray:
+    """Least and greatest corner (2, 2) of what is more than half opaque; pixels reach half a pixel out."""
+    rows, columns = np.nonzero(image[..., 3] > 127)
+    return np.array([[columns.min() - 0.5, rows.min() - 0.5], [columns.max() + 0.5, rows.max() + 0.5]])
+
+
+def _area(outline: NDArray) -> float:
+    x, y = outline.T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def _sizes(image: NDArray) -> tuple[NDArray, ...]:
+    """The picture premultiplied, then halved until it is small: shrinking it on the stage then does not flicker."""
+    import cv2
+
+    pixels = image.astype(np.float32) / 255
+    pixels[..., :3] *= pixels[..., 3:]
+    sizes = [pixels]
+    while min(sizes[-1].shape[:2]) > 16:
+        height, width = sizes[-1].shape[:2]
+        sizes.append(cv2.resize(sizes[-1], ((width + 1) // 2, (height + 1) // 2), interpolation=cv2.INTER_AREA))
+    return tuple(sizes)
+
+

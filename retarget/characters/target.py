@@ -1,0 +1,34 @@
+"""The one protocol: whatever can play a part, be it a drawing, a picture or, later, a model."""
+
+from typing import Any, Protocol
+
+from numpy.typing import NDArray
+
+from capture.motion.keys import KeySet
+
+REST = "rest"
+"""The key of a target that keeps its shape: only the captured affine map is lent to it."""
+
+
+class Target(Protocol):
+    """A character that plays one part, in its own units, y down; the stage asks no more of it than this.
+
+    `perform` mixes `shapes` by the captured weights, places them, and hands each frame's points to `posed`.
+    """
+
+    part: str
+    keys: KeySet  # its own keys, aligned to its own key 0
+    box: NDArray  # (2, 2) least and greatest corner of key 0 as it is seen
+    height: float  # how tall it stands, times the source's height
+    pivot: NDArray | None  # (2,) in key 0; None takes the source's
+
+    def shapes(self, rows: NDArray) -> NDArray:
+        """All the points it needs (D, M, 2) for rows (D, 3), by its own rule; the mesh's N points come first."""
+        ...
+
+    def posed(self, points: NDArray, weights: NDArray, scale: float) -> list[Any]:
+        """Drawn things, back to front, for one frame's points (M, 2) on the stage.
+
+        `weights` (K,) are folded onto keys; `scale` is stage pixels for one of its own units.
+        """
+        ...

@@ -1,0 +1,236 @@
+"""Pictures of a performance: anti-aliased vector drawing with Agg, straight alpha, one frame at a time.
+
+Pixel (0, 0) is the centre of the top-left pixel, as everywhere; Agg's own corner-based, y-up page is met
+in one place, `_Page.place`.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.errors import InputError
+from capture.motion import affine
+from retarget.characters.paths import DrawnPath, Gradient, Paint, windings, wound
+from retarget.characters.picture import DrawnPicture
+from retarget.stage.perform import Performance
+from retarget.stage.warp import warp
+
+
+def draw(performance: Performance, t: int, background: Any = None, size: tuple[int, int] | None = None) -> NDArray:
+    """Frame t as uint8 (H, W, 4), straight alpha; over a `background` it is opaque (H, W, 3).
+
+    The background is a colour ("white", "#fed", (255, 0, 0)) or an image (H, W, 3 | 4); `size` is width and
+    height in pixels, the performance's own without it.
+    """
+    size = performance.size if size is None else size
+    zoom = size[0] / performance.size[0]
+    return draw_things(performance.posed(t, zoom), size, background)
+
+
+def draw_frames(performance: Performance, background: Any = None, size: int | None = None) -> Iterator[NDArray]:
+    """All frames in turn, `size` pixels wide; a background may also be a sequence of frames."""
+    width, height = performance.size
+    if size is not None:
+        if size < 1:
+            raise InputError(f"the picture's width must be at least 1 pixel, it came as {size}: give a larger --size")
+        width, height = size, max(1, round(height * size / width))
+    for t in range(len(performance.times)):
+        yield draw(performance, t, _background_at(background, t), (width, height))
+
+
+def draw_things(things: Sequence[DrawnPath | DrawnPicture], size: tuple[int, int], background: Any = None) -> NDArray:
+    """Drawn paths and pictures, back to front, on a page of `size` (width, height)."""
+    page = _Page(*size)
+    if background is not None:
+        page.pixels[..., :3] = _backdrop(background, size)
+        page.pixels[..., 3] = 255
+    for thing in things:
+        if isinstance(thing, DrawnPicture):
+            _draw_picture(page, thing)
+        else:
+            _draw_path(page, thing)
+    return page.pixels.copy() if background is None else page.pixels[..., :3].copy()
+
+
+def _background_at(background: Any, t: int) -> Any:
+    """The background of frame t: one for all, or the frame of a sequence (its last one when it is shorter)."""
+    if background is None or isinstance(background, str) or np.ndim(background[0]) == 0:
+        return background
+    if isinstance(background, np.ndarray) and background.ndim == 3:
+        return background
+    return background[min(t, len(background) - 1)]
+
+
+def _backdrop(background: Any, size: tuple[int, int]) -> NDArray:
+    """A colour (3,) or an image (H, W, 3) of the page's size; an image's own alpha is laid on white."""
+    import cv2
+    from matplotlib.colors import is_color_like, to_rgb
+
+    if isinstance(background, str):
+        if not is_color_like(background):
+            raise InputError(f"a background must be a colour such as white or #ffeedd, or an image, got {background!r}")
+        return np.round(255 * np.array(to_rgb(background)))
+    background = np.asarray(background)
+    if background.ndim == 1 and len(background) >= 3:
+        return background[:3]
+    if background.ndim != 3 or background.shape[2] not in (3, 4):
+        raise InputError(f"a background image must be (H, W, 3 or 4), got an array of shape {background.shape}")
+    if background.shape[1::-1] != tuple(size):
+        smaller = background.shape[1] > size[0]
+        background = cv2.resize(background, size, interpolation=cv2.INTER_AREA if smaller else cv2.INTER_LINEAR)
+    if background.shape[2] == 4:
+        alpha = background[..., 3:] / 255
+        background = np.round(background[..., :3] * alpha + 255 * (1 - alpha))
+    return background[..., :3]
+
+
+class _Page:
+    """An Agg page, its pixels (H, W, 4), and a spare one of the same size for coverage."""
+
+    def __init__(self, width: int, height: int) -> None:
+        from matplotlib.backends.backend_agg import RendererAgg
+        from matplotlib.transforms import Affine2D
+
+        self.size = (width, height)
+        self.agg = RendererAgg(width, height, 72)  # 72 points to the inch: a point is a pixel
+        self.pixels = np.asarray(self.agg.buffer_rgba())
+        self.place = Affine2D([[1, 0, 0.5], [0, -1, height - 0.5], [0, 0, 1]])
+        self._spare = None
+
+    def spare(self) -> "_Page":
+        if self._spare is None:
+            self._spare = _Page(*self.size)
+        return self._spare
+
+    def window(self, points: NDArray, margin: float) -> tuple[slice, slice]:
+        """Rows and columns that hold the points (N, 2) and a margin, within the page."""
+        low = np.floor(points.min(axis=0) - margin - 1)
+        high = np.ceil(points.max(axis=0) + margin + 2)
+        (x0, y0), (x1, y1) = np.clip([low, high], 0, self.size).astype(int)
+        return slice(y0, max(y0, y1)), slice(x0, max(x0, x1))
+
+
+def _draw_path(page: _Page, path: DrawnPath) -> None:
+    if path.evenodd:
+        path = wound(path, windings(path))
+    outline = _agg_path(path)
+    gradients = isinstance(path.fill, Gradient) or isinstance(path.stroke, Gradient)
+    whole = path.opacity >= 1 or path.fill is None or path.stroke is None
+    if whole and not gradients:
+        fill, stroke = (_faded(paint, path.opacity) for paint in (path.fill, path.stroke))
+        page.agg.draw_path(_pen(path, stroke), outline, page.place, fill)
+        return
+    window = page.window(path.points, path.width * (2 if path.join == "miter" else 1) if path.stroke is not None else 0)
+    if whole or path.opacity >= 1:
+        target, opacity = page, path.opacity
+    else:  # fill and stroke fade as one
+        target, opacity = _Page(*page.size), 1.0
+    for paint, stroked in ((path.fill, False), (path.stroke, True)):
+        if paint is None:
+            continue
+        cover = _coverage(page.spare(), path, outline, stroked, window)
+        color = _colors(paint, window)
+        _lay(target.pixels[window], color[..., :3], color[..., 3] * cover * opacity)
+    if target is not page:
+        layer = target.pixels[window] / 255.0
+        _lay(page.pixels[window], layer[..., :3], layer[..., 3] * path.opacity)
+
+
+def _draw_picture(page: _Page, picture: DrawnPicture) -> None:
+    window = page.window(picture.points, 1)
+    if window[0].stop <= window[0].start or window[1].stop <= window[1].start:
+        return
+    color = warp(picture, window)  # premultiplied
+    alpha = color[..., 3] * _coverage(page.spare(), picture, _agg_rings(picture), False, window)
+    _lay(page.pixels[window], color[..., :3] / np.maximum(color[..., 3:], 1e-6), alpha)
+
+
+def _faded(paint: Paint, opacity: float) -> tuple[float, ...] | None:
+    return None if paint is None else (*paint[:3].tolist(), float(paint[3]) * opacity)
+
+
+def _pen(path: Any, stroke: tuple[float, ...] | None) -> Any:
+    """Agg's graphics context: no snapping to whole pixels, so that a slow move stays slow."""
+    from matplotlib.backend_bases import GraphicsContextBase
+
+    pen = GraphicsContextBase()
+    pen.set_snap(False)
+    if stroke is None:
+        pen.set_linewidth(0)
+        return pen
+    pen.set_foreground(stroke, isRGBA=True)
+    pen.set_linewidth(path.width)
+    pen.set_capstyle("projecting" if path.cap == "square" else path.cap)
+    pen.set_joinstyle(path.join)
+    if path.dashes:
+        pen.set_dashes(0, list(path.dashes))
+    return pen
+
+
+def _agg_path(path: DrawnPath) -> Any:
+    """The cubic curves as Agg takes them, each closed subpath with its closing vertex."""
+    from matplotlib.path import Path
+
+    codes = np.full(len(path.points), Path.CURVE4, np.uint8)
+    codes[path.starts[:-1]] = Path.MOVETO
+    ends = path.starts[1:][path.closed]
+    points = np.insert(path.points, ends, path.points[path.starts[:-1][path.closed]], axis=0)
+    return Path(points, np.insert(codes, ends, Path.CLOSEPOLY))
+
+
+def _agg_rings(picture: DrawnPicture) -> Any:
+    from matplotlib.path import Path
+
+    rings = [Path(picture.points[np.append(ring, ring[0])], closed=True) for ring in picture.rings]
+    return Path.make_compound_path(*rings)
+
+
+def _coverage(spare: _Page, path: Any, outline: Any, stroked: bool, window: tuple[slice, slice]) -> NDArray:
+    """How much of each pixel of the window (h, w) the fill or the stroke covers, 0-1."""
+    white = (1.0, 1.0, 1.0, 1.0)
+    spare.pixels[window] = 0
+    spare.agg.draw_path(_pen(path, white if stroked else None), outline, spare.place, None if stroked else white)
+    cover = spare.pixels[window][..., 3] / 255.0
+    spare.pixels[window] = 0
+    return cover
+
+
+def _colors(paint: Paint, window: tuple[slice, slice]) -> NDArray:
+    """The colour (h, w, 4) or (4,) of a paint at every pixel of the window."""
+    if not isinstance(paint, Gradient):
+        return paint
+    if abs(np.linalg.det(paint.place[:, :2])) < 1e-9:
+        return paint.colors[-1]
+    inverse = affine.invert(paint.place)
+    y, x = np.ogrid[window]
+    u, v = (inverse[axis, 0] * x + inverse[axis, 1] * y + inverse[axis, 2] for axis in (0, 1))
+    at = u if paint.focus is None else _radial(u, v, paint.focus)
+    if paint.spread == "reflect":
+        at = np.abs((at + 1) % 2 - 1)
+    elif paint.spread == "repeat":
+        at = at % 1
+    steps = np.linspace(0, 1, 1024)
+    table = np.stack([np.interp(steps, paint.offsets, channel) for channel in paint.colors.T], axis=-1)
+    return table[(np.clip(at, 0, 1) * 1023 + 0.5).astype(int)]
+
+
+def _radial(u: NDArray, v: NDArray, focus: NDArray) -> NDArray:
+    """t of a radial gradient: where the ray from the focus through (u, v) meets the unit circle, t is 1."""
+    du, dv = u - focus[0], v - focus[1]
+    inside = 1 - focus @ focus
+    along = du * focus[0] + dv * focus[1]
+    far = du**2 + dv**2
+    return (along + np.sqrt(along**2 + far * inside)) / inside
+
+
+def _lay(below: NDArray, color: NDArray, alpha: NDArray) -> None:
+    """Lay straight colours (h, w, 3) of alpha (h, w) over pixels (h, w, 4) uint8 of straight alpha, in place."""
+    under = below[..., 3] / 255.0
+    total = alpha + under * (1 - alpha)
+    share = (alpha / np.maximum(total, 1e-9))[..., None]
+    seen = alpha > 0
+    mixed = 255 * color * share + below[..., :3] * (1 - share)
+    below[..., :3] = np.where(seen[..., None], np.clip(np.round(mixed), 0, 255), below[..., :3])
+    below[..., 3] = np.where(seen, np.round(255 * total), below[..., 3])
