@@ -6,7 +6,6 @@ finished one costs the next call no more than reading two files.
 
 import argparse
 import hashlib
-import json
 import os
 import platform
 import re
@@ -37,10 +36,10 @@ def main() -> int:
     try:
         install(root, index)
     except SetupError as error:
-        print(f"\nset-up: {error}", file=sys.stderr)
+        print(f"set-up: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("\nset-up: stopped; the next call begins it again", file=sys.stderr)
+        print("set-up: stopped; the next call begins it again", file=sys.stderr)
         return 130
     return 0
 
@@ -83,17 +82,18 @@ def install(root: Path, index: str) -> None:
 
 
 def make_venv(root: Path) -> None:
-    """An empty .venv, with a pip new enough to judge a package without downloading it."""
+    """An empty .venv in the place of whatever was there."""
     with _stage(f"1 of 3: .venv, with Python {platform.python_version()}"):
         venv = root / ".venv"
         if venv.is_symlink() or venv.is_file():
             venv.unlink()
         shutil.rmtree(venv, ignore_errors=True)
-        made = subprocess.run([sys.executable, "-m", "venv", str(venv)], capture_output=True, text=True)
+        # where .venv was activated, the Python that runs this went with it
+        python = getattr(sys, "_base_executable", sys.executable)
+        made = subprocess.run([python, "-m", "venv", str(venv)], capture_output=True, text=True)
         if made.returncode:
             said = (made.stdout + made.stderr).strip().splitlines() or ["it said nothing"]
-            raise SetupError(f"{sys.executable} could not make {venv}: {said[-1]}")
-        pip(root, "--upgrade", "-c", "constraints.txt", "pip")  # without it the older pip has to do
+            raise SetupError(f"{python} could not make {venv}: {said[-1]}")
 
 
 def install_torch(root: Path, index: str) -> bool:
@@ -107,24 +107,30 @@ def install_torch(root: Path, index: str) -> bool:
 
 
 def _torch_trouble(root: Path, pin: str, index: str) -> str:
-    """Install torch without its dependencies, which come with the rest: `index` is asked for torch alone."""
-    name = pin.replace("==", "-")
-    packages = root / ".venv" / "lib"
-    if any(packages.glob(f"*/site-packages/{name}.dist-info")) or any(
-        packages.glob(f"*/*/{name}+*.dist-info")
-    ):
+    """Install torch without its dependencies, which come with the rest: `index` is asked for torch alone.
+
+    On Linux the usual registry's torch is a CUDA build, so the one marked "+cpu" is asked for first.
+    """
+    if _holds_torch(root, pin):
         return ""
     if index:
         return "" if pip(root, "--no-deps", "--index-url", index, pin) else f"{_complaint(root)} at {index}"
-    names = would_bring(root, pin)
-    if not names:
-        return _complaint(root)
-    if any(name.startswith(("nvidia", "cuda")) for name in names) and not has_nvidia_card():
-        return (
-            "the one on offer brings gigabytes of CUDA packages and this machine shows no NVIDIA card; "
-            "for the small one give the address of PyTorch's CPU wheels: make setup TORCH_INDEX=ADDRESS"
-        )
+    if sys.platform == "linux":
+        if pip(root, "--no-deps", f"{pin}+cpu"):
+            return ""
+        if not has_nvidia_card():
+            return (
+                "the build on offer brings gigabytes of CUDA packages and this machine shows no NVIDIA card; for "
+                "the small one give the address of PyTorch's CPU wheels: make setup TORCH_INDEX=ADDRESS"
+            )
+        print("for CUDA, as there is an NVIDIA card (gigabytes) ", end="", flush=True)
     return "" if pip(root, "--no-deps", pin) else _complaint(root)
+
+
+def _holds_torch(root: Path, pin: str) -> bool:
+    """Whether .venv holds the pinned torch, in whatever build."""
+    builds = (root / ".venv" / "lib").glob(f"*/site-packages/{pin.replace('==', '-')}*.dist-info")
+    return any(re.fullmatch(r"torch-[\d.]+(\+\w+)?", build.stem) for build in builds)
 
 
 def torch_pin(root: Path) -> str:
@@ -133,17 +139,6 @@ def torch_pin(root: Path) -> str:
     if found is None:
         raise SetupError("constraints.txt must pin torch in a line torch==VERSION and has none; put it back")
     return found.group()
-
-
-def would_bring(root: Path, pin: str) -> list[str]:
-    """Names of what pip would install for `pin`; none if it cannot be had.  Nothing is installed."""
-    report = root / ".venv" / "report.json"
-    report.unlink(missing_ok=True)
-    dry = ("--dry-run", "--ignore-installed", "--report", str(report))
-    if not pip(root, *dry, "-c", "constraints.txt", pin):
-        return []
-    planned = json.loads(report.read_text(encoding="utf-8"))["install"]
-    return [package["metadata"]["name"].lower() for package in planned]
 
 
 def has_nvidia_card() -> bool:

@@ -1,7 +1,6 @@
 """Setting up from nothing: which Python is taken, when .venv is made anew, and what the pins promise."""
 
 import importlib.util
-import json
 import os
 import re
 import shutil
@@ -39,15 +38,11 @@ def project(tmp_path):
 
 @pytest.fixture
 def pip(setup, project, monkeypatch):
-    """A pip that installs nothing: it keeps the calls, offers what `offer` names and refuses `refused`."""
-
-    fake = SimpleNamespace(calls=[], offer=("torch", "sympy"), refused=())
+    """A pip on Linux that installs nothing: it keeps the calls, and fails at a word in `refused`."""
+    fake = SimpleNamespace(calls=[], refused=())
 
     def run(root, *arguments):
         fake.calls.append(arguments)
-        if "--report" in arguments:
-            packages = [{"metadata": {"name": name}} for name in fake.offer]
-            Path(arguments[arguments.index("--report") + 1]).write_text(json.dumps({"install": packages}))
         return not set(fake.refused) & set(arguments)
 
     def make_venv(root):
@@ -61,6 +56,7 @@ def pip(setup, project, monkeypatch):
     monkeypatch.setattr(setup, "pip", run)
     monkeypatch.setattr(setup, "make_venv", make_venv)
     monkeypatch.setattr(setup, "has_nvidia_card", lambda: False)
+    monkeypatch.setattr(setup.sys, "platform", "linux")
     return fake
 
 
@@ -123,7 +119,10 @@ def test_a_set_up_that_was_cut_short_is_made_anew(setup, project, pip):
     assert not setup.is_whole(project)
 
 
-def test_where_torch_cannot_be_had_the_rest_is_installed_and_one_line_says_so(setup, project, pip, capsys):
+def test_where_torch_cannot_be_had_the_rest_is_installed_and_one_line_says_so(
+    setup, project, pip, capsys, monkeypatch
+):
+    monkeypatch.setattr(setup.sys, "platform", "a toaster")
     pip.refused = ("torch==2.13.0",)
     setup.install(project, "")
     assert pip.calls[-1][-1] == ".[notebook,dev]"
@@ -135,8 +134,13 @@ def test_where_torch_cannot_be_had_the_rest_is_installed_and_one_line_says_so(se
     )  # an address not tried yet is a reason to try again
 
 
+def test_where_a_cpu_build_is_on_offer_it_is_taken(setup, project, pip):
+    setup.install(project, "")
+    assert [call for call in pip.calls if "--no-deps" in call] == [("--no-deps", "torch==2.13.0+cpu")]
+
+
 def test_a_cuda_build_is_not_installed_where_there_is_no_card(setup, project, pip, capsys):
-    pip.offer = ("torch", "nvidia-cublas", "triton")
+    pip.refused = ("torch==2.13.0+cpu",)
     setup.install(project, "")
     assert ("--no-deps", "torch==2.13.0") not in pip.calls
     assert pip.calls[-1][-1] == ".[notebook,dev]"

@@ -13,7 +13,7 @@ from capture.motion import affine, keys
 from capture.motion.keys import KeySet
 from capture.pictures import matte
 from capture.pictures.clip import Clip
-from capture.pictures.matte import ColorModel
+from capture.pictures.matte import ColorModel, Seed
 from capture.pictures.shot import Part
 
 
@@ -53,19 +53,13 @@ class PartModel:
     shape: ShapeModel | None  # None for a part with one key
 
 
-def learn(part: Part, clip: Clip, first: int) -> PartModel:
-    """Learn a part from its key frames; `first` is the clip frame the shot starts at, as `clip` counts from it."""
-    frames = [_frame_of(key.frame, clip, first, part.name) for key in part.keys]
-    pictures = [np.asarray(clip[frame])[..., :3] for frame in frames]
-    colors = learn_colors(part, pictures)
-    mattes = [matte.cut(colors, picture) for picture in pictures]
-    if part.keys[0].outline:
-        outlines = part.outlines()
-        inside = [matte.fill(clip.size, outline) for outline in outlines]
-        mattes = [matte.cut(colors, picture, near) for picture, near in zip(pictures, inside)]
-    else:
-        outlines = matte.trace(mattes[0], step=3.0)[None]
-    _inside_picture(outlines, clip.size, part)
+def learn(part: Part, clip: Clip, first: int = 0) -> PartModel:
+    """Learn a part from its key frames; the clip's frame 0 is number `first` of the shot's numbering."""
+    pictures = [np.asarray(clip[frame])[..., :3] for frame in key_frames(part, clip, first)]
+    seeds = seed(part, pictures)
+    colors = matte.learn(seeds)
+    mattes = [matte.cut(colors, picture, s.inside) * s.limit for picture, s in zip(pictures, seeds)]
+    outlines = part.outlines() if part.keys[0].outline else matte.trace(mattes[0], step=3.0)[None]
     keyset = keys.keyset(tuple(key.name for key in part.keys), outlines)
     ground = layer.mean_color(pictures[0], mattes[0])
     view = View(ground, layer.flatness(pictures[0], mattes[0], ground), layer.levels_for(outlines[0]))
@@ -77,25 +71,21 @@ def learn(part: Part, clip: Clip, first: int) -> PartModel:
     return PartModel(part, keyset, colors, view, rigid, shape)
 
 
-def learn_colors(part: Part, pictures: list[NDArray]) -> ColorModel:
-    """The part's colours, from what the shot gives: outlines, a colour, scribbles or a box."""
-    size = (pictures[0].shape[1], pictures[0].shape[0])
+def seed(part: Part, pictures: list[NDArray]) -> list[Seed]:
+    """What the shot says of the part's pixels in its key frames: outlines, a colour, scribbles or a box."""
     if part.keys[0].outline:
-        seeds = [matte.seed_outline(size, np.array(key.outline)) for key in part.keys]
-        picture = np.concatenate(pictures)
-        return matte.learn(picture, np.concatenate([s[0] for s in seeds]), np.concatenate([s[1] for s in seeds]))
+        _inside_picture(part, pictures[0])
+        return [matte.seed_outline(picture, np.array(key.outline)) for picture, key in zip(pictures, part.keys)]
     if part.color is not None:
-        seeds = matte.seed_color(pictures[0], part.color)
-    elif part.inside:
-        seeds = matte.seed_scribbles(size, [np.array(s) for s in part.inside], [np.array(s) for s in part.outside])
-    elif part.box is not None:
-        seeds = matte.seed_box(pictures[0], part.box)
-    else:
-        raise InputError(
-            f"part {part.name!r} must say which pixels are its own: give its key an outline, or a box, a colour or "
-            "scribbles"
-        )
-    return matte.learn(pictures[0], *seeds)
+        return [matte.seed_color(pictures[0], part.color)]
+    if part.inside:
+        strokes = [[np.array(stroke) for stroke in strokes] for strokes in (part.inside, part.outside)]
+        return [matte.seed_scribbles(pictures[0], *strokes)]
+    if part.box is not None:
+        return [matte.seed_box(pictures[0], part.box)]
+    raise InputError(
+        f"part {part.name!r} must say which pixels are its own: give its key an outline, or a box, a colour or scribbles"
+    )
 
 
 def _shape_model(keyset: KeySet, pictures: list[NDArray], mattes: list[NDArray], view: View) -> ShapeModel:
@@ -137,19 +127,23 @@ def mesh_shape(model: PartModel, alpha: NDArray) -> NDArray:
     return model.shape.space.mean + np.tensordot(alpha, model.shape.space.modes, axes=1)
 
 
-def _frame_of(frame: int, clip: Clip, first: int, part: str) -> int:
-    if not first <= frame < first + len(clip):
-        raise InputError(
-            f"part {part!r}: a key frame must lie in the shot's frames {first} to {first + len(clip) - 1}, got {frame}"
-        )
-    return frame - first
-
-
-def _inside_picture(outlines: NDArray, size: tuple[int, int], part: Part) -> None:
-    for key, outline in zip(part.keys, outlines):
-        low, high = outline.min(axis=0), outline.max(axis=0)
-        if (high < 0).any() or low[0] > size[0] - 1 or low[1] > size[1] - 1:
+def key_frames(part: Part, clip: Clip, first: int) -> list[int]:
+    """The part's key frames as the clip counts them, from 0."""
+    for key in part.keys:
+        if not first <= key.frame < first + len(clip):
             raise InputError(
-                f"part {part.name!r}, key {key.name!r}: the outline must lie in the {size[0]} x {size[1]} picture, it "
+                f"part {part.name!r}: a key frame must lie in the shot's frames {first} to {first + len(clip) - 1}, "
+                f"got {key.frame}"
+            )
+    return [key.frame - first for key in part.keys]
+
+
+def _inside_picture(part: Part, picture: NDArray) -> None:
+    height, width = picture.shape[:2]
+    for key, outline in zip(part.keys, part.outlines()):
+        low, high = outline.min(axis=0), outline.max(axis=0)
+        if (high < 0).any() or low[0] > width - 1 or low[1] > height - 1:
+            raise InputError(
+                f"part {part.name!r}, key {key.name!r}: the outline must lie in the {width} x {height} picture, it "
                 f"reaches from ({low[0]:.0f}, {low[1]:.0f}) to ({high[0]:.0f}, {high[1]:.0f})"
             )

@@ -43,7 +43,7 @@ class Pose:
 def capture(shot: Shot, clip: Clip | None = None) -> CartoonMotion:
     """Capture all parts of a shot; `clip` may be given where the frames are not in a file."""
     clip = open_clip(shot) if clip is None else clip
-    followed = [follow(models.learn(part, clip, shot.start), clip) for part in shot.parts]
+    followed = [follow(part, clip, shot.start) for part in shot.parts]
     motion = CartoonMotion(
         tracks=tuple(track for track, _ in followed),
         keysets=tuple(model.keyset for _, model in followed),
@@ -59,9 +59,13 @@ def open_clip(shot: Shot) -> Clip:
     return read_clip(shot.clip, start=shot.start, stop=shot.stop, tile=shot.tile, fps=shot.fps)
 
 
-def follow(model: PartModel, clip: Clip) -> tuple[Track, PartModel]:
-    """One part through all frames of a clip: its track, about its pivot but not yet relative to a parent."""
-    first = model.part.keys[0].frame
+def follow(part: Part, clip: Clip, first: int = 0) -> tuple[Track, PartModel]:
+    """One part through all frames of a clip: its track, about its pivot but not yet relative to a parent.
+
+    The clip's frame 0 is number `first` of the shot's numbering.
+    """
+    model = models.learn(part, clip, first)
+    first = models.key_frames(part, clip, first)[0]
     start = Pose(affine.identity(), _key_alpha(model, 0))
     forward = list(_run(model, clip, range(first, len(clip)), start))
     backward = list(_run(model, clip, range(first, -1, -1), start))[1:]
@@ -101,9 +105,9 @@ def find(
     origin = np.array([window[1].start, window[0].start])
     size = (image.shape[1], image.shape[0])
     near = matte.fill(size, models.outline_at(model, last.placed, last.alpha))[window]
-    alpha = matte.cut(colors, image[window], _grown(near))
+    alpha = matte.cut(colors, image[window], near)
     if alpha.max() < 0.5:
-        alpha = matte.cut(colors, image[window])
+        alpha = matte.cut(colors, image[window], _grown(near, 32))
     if alpha.max() < 0.5:
         return replace(last, visible=False, held=False), alpha
     frame = model.view.layer(image[window], alpha, origin)
@@ -111,6 +115,10 @@ def find(
     if pose.misfit > limit or _overlap(model, pose, alpha, origin) < 0.8:
         starts = _other_starts(model, alpha, origin, last)
         pose = min([pose, *(_fit(model, frame, start) for start in starts)], key=lambda pose: pose.misfit)
+    solid = _grown(matte.fill((alpha.shape[1], alpha.shape[0]), models.outline_at(model, pose.placed, pose.alpha) - origin), 8)
+    if (alpha * (1 - solid)).sum() > 0.02 * alpha.sum():  # something else of this colour touches the layer
+        alpha = alpha * solid
+        pose = _fit(model, model.view.layer(image[window], alpha, origin), pose.placed)
     if _overlap(model, pose, alpha, origin) < OVERLAP:
         return replace(last, visible=False, held=False), alpha
     return pose, alpha
@@ -201,9 +209,9 @@ def _limit(misfits: list[float]) -> float:
     return 2.5 * float(np.median(misfits)) + 0.2 if len(misfits) >= 3 else 0.8
 
 
-def _grown(mask: NDArray) -> NDArray:
-    """A mask made a little larger, so that the next drawing is likely to touch it."""
-    return cv2.dilate(mask, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (25, 25)))
+def _grown(mask: NDArray, by: int) -> NDArray:
+    """A mask made larger by so many pixels."""
+    return cv2.dilate(mask, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * by + 1, 2 * by + 1)))
 
 
 def _key_alpha(model: PartModel, key: int) -> NDArray:

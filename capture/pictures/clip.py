@@ -116,8 +116,8 @@ def trim(clip: Clip, start: int = 0, stop: int | None = None) -> Clip:
     if (start, end) == (0, len(clip)):
         return clip
     edges = clip.edges[start : end + 1] - clip.edges[start]
-    even = np.allclose(clip.edges, np.arange(len(clip.edges)) / clip.fps, rtol=0, atol=2e-3)
-    fps = clip.fps if even else (end - start) / edges[-1]
+    even = np.allclose(clip.edges, np.arange(len(clip.edges)) / clip.fps)
+    fps = clip.fps if even else (end - start) / float(edges[-1])
     fetch = clip._fetch
     return replace(clip, fps=fps, edges=edges, _fetch=lambda i: fetch(start + i))
 

@@ -17,7 +17,7 @@ from capture.pictures.gif import write_gif
 
 TICK = Fraction(1, 90_000)  # seconds, where the frame rate varies
 H264 = {"crf": "16", "preset": "medium", "tune": "animation"}
-VP9 = {"crf": "16", "b": "0", "deadline": "good", "cpu-used": "5", "row-mt": "1", "auto-alt-ref": "0"}
+VP9 = {"crf": "10", "b": "0", "deadline": "good", "cpu-used": "5", "row-mt": "1", "auto-alt-ref": "0"}
 
 Timed = Iterator[tuple[NDArray, int, int]]  # a frame, its start and its length in ticks
 Writer = Callable[[Timed, Fraction], int]  # also takes the length of a tick in seconds; returns T
@@ -111,7 +111,13 @@ def _write_video(file: Path, frames: Timed, tick: Fraction, codec: str, options:
 
     smoothly = Interpolation.BICUBIC | Interpolation.FULL_CHR_H_INP | Interpolation.ACCURATE_RND
     faststart = {"movflags": "faststart"} if file.suffix.lower() == ".mp4" else {}
-    count = 0
+    count, lengths = 0, {}
+
+    def mux(packets: Iterable[av.Packet]) -> None:
+        for packet in packets:
+            packet.duration = lengths.pop(packet.pts)  # no encoder passes it on, and the last frame needs it
+            container.mux(packet)
+
     with av.open(str(file), "w", options=faststart) as container:
         for count, (frame, start, length) in enumerate(frames, 1):
             rgb, yuv = ("rgb24", "yuv420p") if frame.shape[2] == 3 else ("rgba", "yuva420p")
@@ -127,9 +133,9 @@ def _write_video(file: Path, frames: Timed, tick: Fraction, codec: str, options:
             picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format=rgb).reformat(
                 format=yuv, dst_colorspace=ITU709, dst_color_range=ITU709, interpolation=smoothly
             )
-            picture.pts, picture.duration, picture.time_base = start, length, tick
-            container.mux(stream.encode(picture))
-        container.mux(stream.encode(None))
+            picture.pts, picture.time_base, lengths[start] = start, tick, length
+            mux(stream.encode(picture))
+        mux(stream.encode(None))
     return count
 
 

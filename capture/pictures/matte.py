@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 
 BINS = 32  # per channel
+REACH_OF_COLOR = 6.0  # grey levels: how far film grain and flicker carry a flat colour
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,28 +29,48 @@ class ColorModel:
         return self.inside / (self.inside + self.outside)
 
 
-def learn(image: NDArray, inside: NDArray, outside: NDArray, colors: int = 6) -> ColorModel:
-    """A colour model from an RGB image (H, W, 3) and two masks (H, W) of pixels known to be in and out."""
-    image = image[..., :3]
-    for name, mask in (("inside", inside), ("outside", outside)):
-        if np.count_nonzero(mask) < 16:
+@dataclass(frozen=True, eq=False)
+class Seed:
+    """What is known of the layer in one picture."""
+
+    image: NDArray  # (H, W, 3) RGB
+    inside: NDArray  # (H, W) uint8, surely the layer
+    outside: NDArray  # (H, W) uint8, surely not
+    limit: NDArray  # (H, W) uint8, nothing of the layer lies beyond
+
+
+def learn(seeds: list[Seed], colors: int = 6) -> ColorModel:
+    """A colour model from the pixels known to be in and out, in one or several pictures.
+
+    Colours that occur on both sides count as the layer's: a patch of the same colour elsewhere is told apart by
+    where it is, but a hole in the layer is lost.
+    """
+    inside = np.concatenate([seed.image[seed.inside > 0] for seed in seeds])[:, :3]
+    outside = np.concatenate([seed.image[_around(seed) > 0] for seed in seeds])[:, :3]
+    for name, pixels in (("inside", inside), ("outside", outside)):
+        if len(pixels) < 16:
             raise InputError(
-                f"a matte needs at least 16 pixels known to be {name} the layer, the region gives "
-                f"{np.count_nonzero(mask)}: draw a larger box or outline that leaves some background"
+                f"a matte needs at least 16 pixels known to be {name} the layer, the region gives {len(pixels)}: "
+                "draw a larger box or outline that leaves some background"
             )
-    return ColorModel(_bake(image[inside > 0], colors), _bake(image[outside > 0], colors))
+    layer = _bake(inside, colors)
+    typical = layer >= np.percentile(layer.ravel()[_index(inside)], 10)
+    shared = _neighbours(typical).ravel()[_index(outside)]
+    if shared.mean() < 0.5:
+        outside = outside[~shared]
+    return ColorModel(layer, _bake(outside, colors))
 
 
-def seed_outline(size: tuple[int, int], outline: NDArray, margin: int = 3) -> tuple[NDArray, NDArray]:
-    """Masks in and out (H, W) from an outline (B, 2), each `margin` pixels away from it."""
-    mask = fill(size, outline)
+def seed_outline(image: NDArray, outline: NDArray, margin: int = 3) -> Seed:
+    """From an outline (B, 2): pixels within `margin` of it are in doubt, for ink has width."""
+    mask = fill((image.shape[1], image.shape[0]), outline)
     brush = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * margin + 1, 2 * margin + 1))
-    inner = cv2.erode(mask, brush)
-    return (inner if inner.any() else mask), 1 - cv2.dilate(mask, brush)
+    inner, outer = cv2.erode(mask, brush), cv2.dilate(mask, brush)
+    return Seed(image, inner if inner.any() else mask, 1 - outer, cv2.dilate(outer, brush))
 
 
-def seed_box(image: NDArray, box: tuple[float, float, float, float], rounds: int = 4) -> tuple[NDArray, NDArray]:
-    """Masks in and out (H, W) from a box (x, y, width, height) drawn round the layer.
+def seed_box(image: NDArray, box: tuple[float, float, float, float], rounds: int = 4) -> Seed:
+    """From a box (x, y, width, height) drawn round the layer.
 
     What lies round the box is background; what in the box does not look like it is the layer, learnt again
     a few times.
@@ -67,22 +88,20 @@ def seed_box(image: NDArray, box: tuple[float, float, float, float], rounds: int
     outside = 1 - within
     if outside.sum() < 16:
         raise InputError("a box must leave some background round the layer, this one covers the whole picture")
-    cx, cy = (x0 + x1) / 2, (y0 + y1) / 2
     yy, xx = np.mgrid[:height, :width]
-    near = ((xx - cx) / (x1 - x0) * 2) ** 2 + ((yy - cy) / (y1 - y0) * 2) ** 2 < 1
-    behind = _bake(image[..., :3][outside > 0], 6)
-    inside = within * near
+    across = (2 * xx - x0 - x1 + 1) / (x1 - x0), (2 * yy - y0 - y1 + 1) / (y1 - y0)
+    inside = within * (across[0] ** 2 + across[1] ** 2 < 1)
     for _ in range(rounds):
-        model = ColorModel(_bake(image[..., :3][inside > 0], 6), behind)
-        found = (_look_up(model, image) > 0.5) & (within > 0)
+        model = learn([Seed(image, inside, outside, within)])
+        found = ((_look_up(model, image) > 0.5) & (within > 0)).astype(np.uint8)
         if np.count_nonzero(found) < 16:
             break
-        inside = _components(found.astype(np.uint8), found.astype(np.uint8))
-    return inside, outside
+        inside = _components(found, found)
+    return Seed(image, inside, outside, within)
 
 
-def seed_color(image: NDArray, color: tuple[int, int, int], tolerance: float = 40.0) -> tuple[NDArray, NDArray]:
-    """Masks in and out (H, W): the largest patch within `tolerance` grey levels of an RGB colour, and the rest."""
+def seed_color(image: NDArray, color: tuple[int, int, int], tolerance: float = 40.0) -> Seed:
+    """From an RGB colour: the largest patch within `tolerance` grey levels of it, and the rest."""
     distance = np.linalg.norm(image[..., :3].astype(float) - color, axis=-1)
     near = (distance < tolerance).astype(np.uint8)
     if np.count_nonzero(near) < 16:
@@ -91,32 +110,34 @@ def seed_color(image: NDArray, color: tuple[int, int, int], tolerance: float = 4
             f"grey levels of {tuple(color)}, take the colour from the picture itself"
         )
     inside = _components(near, near)
-    return inside, ((1 - cv2.dilate(inside, np.ones((5, 5)))) & (distance > 0.5 * tolerance)).astype(np.uint8)
+    outside = (1 - cv2.dilate(inside, np.ones((5, 5)))) & (distance > 0.5 * tolerance)
+    return Seed(image, inside, outside.astype(np.uint8), np.ones_like(inside))
 
 
-def seed_scribbles(
-    size: tuple[int, int], inside: list[NDArray], outside: list[NDArray], width: int = 5
-) -> tuple[NDArray, NDArray]:
-    """Masks in and out (H, W) from strokes, each (N, 2), drawn with a brush `width` pixels wide."""
+def seed_scribbles(image: NDArray, inside: list[NDArray], outside: list[NDArray], width: int = 5) -> Seed:
+    """From strokes, each (N, 2), drawn on the layer and on the rest with a brush `width` pixels wide."""
     masks = []
     for strokes in (inside, outside):
-        mask = np.zeros((size[1], size[0]), np.uint8)
+        mask = np.zeros(image.shape[:2], np.uint8)
         for stroke in strokes:
             cv2.polylines(mask, [np.round(np.asarray(stroke)).astype(np.int32)], False, 1, width)
         masks.append(mask)
-    return masks[0], masks[1]
+    return Seed(image, masks[0], masks[1], 1 - masks[1])
 
 
 def cut(model: ColorModel, image: NDArray, near: NDArray | None = None, reach: float = 0.25) -> NDArray:
     """The soft matte (H, W), 0-1 float32, of the layer in an RGB image.
 
     `near` (H, W) is a mask of where it is expected: patches that touch it are kept, the others dropped, and so is
-    anything smaller than `reach` of the largest patch.  Without it the largest patch is the layer.
+    anything smaller than `reach` of the largest patch.  Where that makes far more than is expected, thin bridges to
+    something else of the same colour are cut.  Without `near` the largest patch is the layer.
     Holes are filled: eyes and highlights belong to the layer whatever their colour.
     """
     chance = cv2.GaussianBlur(_look_up(model, image), (0, 0), 0.7)
     hard = (chance > 0.5).astype(np.uint8)
     layer = _components(hard, hard if near is None else near, reach)
+    if near is not None and layer.sum() > 1.5 * near.sum():
+        layer = _without_bridges(layer, near, reach)
     solid = _fill_holes(layer)
     rim = cv2.dilate(solid, np.ones((3, 3), np.uint8))
     soft = np.where(solid > layer, 1.0, chance).astype(np.float32)
@@ -156,6 +177,24 @@ def trace(matte: NDArray, step: float = 1.0) -> NDArray:
     return resample(contour, max(8, round(length / step)))
 
 
+def _neighbours(cells: NDArray) -> NDArray:
+    """Cells of the colour cube and those that touch them, for flicker moves a colour that far."""
+    from scipy.ndimage import binary_dilation
+
+    return binary_dilation(cells, np.ones((3, 3, 3)))
+
+
+def _around(seed: Seed) -> NDArray:
+    """The outside mask within one layer's size of the layer: what lies far off need not be told from it."""
+    rows, columns = np.nonzero(seed.inside)
+    if not len(rows):
+        return seed.outside
+    reach = max(int(max(np.ptp(rows), np.ptp(columns))), 32)
+    near = np.zeros_like(seed.outside)
+    near[max(rows.min() - reach, 0) : rows.max() + reach, max(columns.min() - reach, 0) : columns.max() + reach] = 1
+    return seed.outside * near
+
+
 def _bake(pixels: NDArray, colors: int) -> NDArray:
     """Density table (32, 32, 32) of RGB pixels (P, 3) as a mixture of Gaussians."""
     import warnings
@@ -167,15 +206,16 @@ def _bake(pixels: NDArray, colors: int) -> NDArray:
         some = some[np.random.default_rng(0).choice(len(some), 4000, replace=False)]
     some = some.astype(float)
     colors = min(colors, len(np.unique(some, axis=0)), len(some) // 2)
-    mixture = GaussianMixture(max(colors, 1), reg_covar=16.0, max_iter=40, random_state=0)
+    mixture = GaussianMixture(max(colors, 1), reg_covar=REACH_OF_COLOR**2, max_iter=40, random_state=0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # flat colours give fewer clusters than asked for: nothing is wrong
         mixture.fit(some)
     centres = (np.arange(BINS) + 0.5) * (256 / BINS) - 0.5
     grid = np.stack(np.meshgrid(centres, centres, centres, indexing="ij"), -1).reshape(-1, 3)
-    table = np.exp(np.maximum(mixture.score_samples(grid), -60)).astype(np.float32)
-    table = table / table.sum() + 1e-9
-    return (table / table.sum()).reshape(BINS, BINS, BINS)
+    score = mixture.score_samples(grid)
+    tables = [np.exp(heat - heat.max()) for heat in (score, score / 16)]  # the second has four times the width:
+    near, far = (table / table.sum() for table in tables)  # colours nobody has seen go to whoever is nearer
+    return (0.98 * near + 0.02 * far).astype(np.float32).reshape(BINS, BINS, BINS)
 
 
 def _index(image: NDArray) -> NDArray:
@@ -204,6 +244,14 @@ def _components(mask: NDArray, near: NDArray, reach: float = 0.25) -> NDArray:
     if not touching.any():
         return np.zeros_like(mask)
     return (touching >= max(reach * touching.max(), 1))[labels].astype(np.uint8)
+
+
+def _without_bridges(mask: NDArray, near: NDArray, reach: float, width: int = 7) -> NDArray:
+    """The patches of a mask that still touch `near` when whatever is thinner than `width` is taken away."""
+    brush = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
+    thick = cv2.morphologyEx(mask, cv2.MORPH_OPEN, brush)
+    kept = _components(thick, near, reach)
+    return mask & cv2.dilate(kept, brush) if kept.any() else mask
 
 
 def _fill_holes(mask: NDArray) -> NDArray:

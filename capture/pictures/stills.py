@@ -118,7 +118,7 @@ def _animation(path: Path, image: Image.Image) -> Clip:
 
     edges = np.concatenate([[0.0], np.cumsum(durations)])
     fetch = remembering(fetch, image.size)
-    return Clip(str(path), image.size, count / edges[-1], edges, bool(has_alpha), notes, fetch)
+    return Clip(str(path), image.size, count / float(edges[-1]), edges, bool(has_alpha), notes, fetch)
 
 
 def told_short(path: Path, promised: int, count: int) -> str:

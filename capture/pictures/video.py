@@ -63,7 +63,9 @@ def read_video(path: Path) -> Clip:
 def _index(path: Path) -> Index:
     """Demux the whole file once, without decoding."""
     container, stream, _ = _open(path)
-    rows, count, ends = [], 0, 0.0
+    tick, rate = float(stream.time_base), float(stream.average_rate or stream.guessed_rate or 0)
+    vp8 = stream.codec_context.name == "vp8"
+    rows, count, ends, cut = [], 0, 0.0, False
     try:
         for packet in container.demux():
             if packet.pts is None and packet.dts is None:
@@ -72,26 +74,23 @@ def _index(path: Path) -> Index:
             ends = max(ends, float((shown + (packet.duration or 0)) * packet.time_base))
             if packet.stream.index != stream.index:
                 continue
-            count += 1
-            hidden = stream.codec_context.name in ("vp8", "libvpx") and not bytes(packet)[0] >> 4 & 1
-            if not (packet.is_corrupt or packet.is_discard or hidden):
-                found = shown if packet.dts is None else packet.dts
-                rows.append((shown, found, packet.duration or 0, packet.is_keyframe))
+            if packet.is_discard or (vp8 and not bytes(packet)[0] >> 4 & 1):
+                continue  # never shown: outside the edit, or a reference only
+            count, cut = count + 1, cut or packet.is_corrupt
+            if not packet.is_corrupt:
+                rows.append((shown, _found(packet), packet.duration or 0, packet.is_keyframe))
     except av.FFmpegError:
-        pass  # cut off: what came before is used
+        cut = True
     if not rows:
         raise InputError(f"{path}: a video must hold frames, this one holds none; make it again")
     pts, dts, lasts, key = np.array(rows, np.int64).T
     pts, order = np.unique(pts, return_index=True)
     keys = np.union1d([0], np.flatnonzero(key[order]))
-    rate = float(stream.average_rate or stream.guessed_rate or 0)
-    promised = count
-    begins = (container.start_time or 0) / av.time_base
+    promised, begins = count, min(container.start_time or 0, 0) / av.time_base
     missing = (container.duration or 0) / av.time_base - (ends - begins)
-    if missing * rate > 2:  # only then: some containers count frames that an edit list hides
+    if cut or missing * rate > 2:  # not otherwise: a count may include frames that an edit list hides
         promised = max(count, stream.frames or round(count + missing * rate))
-    container.close()
-    return Index(pts, dts[order], lasts[order], keys, float(stream.time_base), rate, promised)
+    return Index(pts, dts[order], lasts[order], keys, tick, rate, promised)
 
 
 def _without_broken_tail(path: Path, index: Index) -> Index:
@@ -99,6 +98,10 @@ def _without_broken_tail(path: Path, index: Index) -> Index:
     source = _open(path)
     for key in index.keys[::-1]:
         alive = [n for n, _ in _decode_from(source, index, key) if n >= key]
+        if alive != sorted(alive):
+            raise InputError(
+                f"{path}: the time stamps of a video must follow its pictures, these do not; convert it to mp4"
+            )
         if alive:
             kept = np.append(np.arange(key), alive)
             keys = np.flatnonzero(np.isin(kept, index.keys))
@@ -110,13 +113,14 @@ def _without_broken_tail(path: Path, index: Index) -> Index:
 
 
 def _timing(index: Index) -> tuple[NDArray, float]:
-    """Edges (T + 1,) in seconds, and frames a second: as claimed where that fits all edges, else the mean."""
-    T, ticks = len(index.pts), index.pts - index.pts[0]
-    last = index.lasts[-1] * index.tick or (1 / index.rate if index.rate else 0)
-    last = last or (ticks[-1] * index.tick / (T - 1) if T > 1 else 1 / 24)
-    edges = np.append(ticks * index.tick, ticks[-1] * index.tick + last)
-    even = index.rate and np.abs(edges - np.arange(T + 1) / index.rate).max() <= 1.5 * index.tick
-    return edges, index.rate if even else T / float(edges[-1])
+    """Edges (T + 1,) in seconds and frames a second: as claimed, where that fits but for rounding, else the mean."""
+    T, seconds = len(index.pts), (index.pts - index.pts[0]) * index.tick
+    last = index.lasts[-1] * index.tick or (seconds[-1] / (T - 1) if T > 1 else 1 / 24)
+    edges = np.append(seconds, seconds[-1] + last)
+    even = np.arange(T + 1) / (index.rate or np.inf)
+    if index.rate and np.abs(edges - even).max() <= 2 * index.tick:
+        return even, index.rate
+    return edges, T / float(edges[-1])
 
 
 def _fetcher(path: Path, index: Index, picture: Callable[[av.VideoFrame], NDArray]) -> Callable[[int], NDArray]:
@@ -129,12 +133,14 @@ def _fetcher(path: Path, index: Index, picture: Callable[[av.VideoFrame], NDArra
         with lock:
             key = index.keys[np.searchsorted(index.keys, i, side="right") - 1]
             if not key - 1 <= at < i:
-                coming = _decode_from(source, index, i)
-            for at, frame in coming:
+                coming, at = _decode_from(source, index, i), -1
+            for _ in range(2):
+                for at, frame in coming:
+                    if at >= i:
+                        break
                 if at == i:
                     return picture(frame)
-                if at > i:
-                    break
+                coming, at = _decode_from(source, index, 0), -1  # some seek past the mark: only the start is sure
             at = len(index.pts)
         raise InputError(
             f"{path}: every frame must decode, frame {i} does not; end the clip there (stop={i}) or encode it again"
@@ -151,7 +157,7 @@ def _open(path: Path) -> Source:
         container = av.open(str(path.absolute()), options={"format_whitelist": CONTAINERS})
     streams = [s for s in container.streams.video if not s.disposition & s.disposition.attached_pic]
     if not streams:
-        raise InputError(f"{path}: a clip must hold pictures, this file has only sound; give a video")
+        raise InputError(f"{path}: a clip must hold pictures, this file has none; give a video")
     stream = streams[0]
     name = DECODERS.get(stream.codec_context.name)
     decoder = av.CodecContext.create(name, "r") if name else stream.codec_context
@@ -162,8 +168,8 @@ def _open(path: Path) -> Source:
 def _decode_from(source: Source, index: Index, i: int) -> Iterator[tuple[int, av.VideoFrame]]:
     """Frames and their numbers in the order shown, from the key frame at or before frame i to the end."""
     container, stream, decoder = source
-    first = index.keys[np.searchsorted(index.keys, i, side="right") - 1]
-    container.seek(int(index.dts[first]), stream=stream)
+    key = index.keys[np.searchsorted(index.keys, i, side="right") - 1]
+    container.seek(int(index.dts[key]), stream=stream)
     if decoder.is_open:
         decoder.flush_buffers()
     for frame in _decode(container.demux(stream), decoder):
@@ -173,21 +179,25 @@ def _decode_from(source: Source, index: Index, i: int) -> Iterator[tuple[int, av
             yield n, frame
 
 
+def _found(packet: av.Packet) -> int:
+    return packet.pts if packet.dts is None else packet.dts
+
+
 def _decode(packets: Iterator[av.Packet], decoder: av.VideoCodecContext) -> Iterator[av.VideoFrame]:
-    """Every frame that decodes; a damaged packet costs its own frames, and a cut file ends here."""
-    while True:
+    """Every frame that decodes: a damaged packet costs only its own, and where the file is cut this ends."""
+    packet = True
+    while packet:
         try:
             packet = next(packets, None)
         except av.FFmpegError:
             packet = None
-        end = packet is None or packet.size == 0
+        if packet and packet.size == 0:
+            packet = None  # then the decoder gives out what it held back
         try:
-            frames = decoder.decode(None if end else packet)
+            frames = decoder.decode(packet)
         except av.FFmpegError:
             frames = []
         yield from frames
-        if end:
-            return
 
 
 @contextmanager

@@ -31,7 +31,9 @@ def read_svg(path: str | Path) -> tuple[list[DrawnPath], list[str]]:
     path = Path(path)
     root = _parse(path)
     gradients = {
-        element.get("id"): element for element in root.iter() if _tag(element) in ("linearGradient", "radialGradient")
+        element.get("id"): element
+        for element in root.iter()
+        if _tag(element) in ("linearGradient", "radialGradient")
     }
     notes = _leave_out(root)
     clean = io.BytesIO(ElementTree.tostring(root))
@@ -42,7 +44,9 @@ def read_svg(path: str | Path) -> tuple[list[DrawnPath], list[str]]:
     drawn = []
     _walk(document, 1.0, gradients, drawn, notes)
     if not drawn:
-        raise InputError(f"{path} must hold at least one shape with a fill or a stroke, there is none: draw one")
+        raise InputError(
+            f"{path} must hold at least one shape with a fill or a stroke, there is none: draw one"
+        )
     return drawn, sorted(set(notes))
 
 
@@ -256,7 +260,9 @@ def _gradient(
     place = affine.compose(place, np.array([[own.a, own.c, own.e], [own.b, own.d, own.f]], float))
     focus = None
     if _tag(element) == "linearGradient":
-        x1, y1, x2, y2 = (_number(get(name, "100%" if name == "x2" else "0%"), 0.0) for name in ("x1", "y1", "x2", "y2"))
+        x1, y1, x2, y2 = (
+            _number(get(name, "100%" if name == "x2" else "0%"), 0.0) for name in ("x1", "y1", "x2", "y2")
+        )
         unit = np.array([[x2 - x1, y1 - y2, x1], [y2 - y1, x2 - x1, y1]])
     else:
         cx, cy, r = (_number(get(name, "50%"), 0.5) for name in ("cx", "cy", "r"))

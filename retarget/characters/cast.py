@@ -1,0 +1,271 @@
+"""`*.cast.toml`: which character plays which part.
+
+    background = "white"                 # a colour or a picture; optional
+
+    [[parts]]
+    name = "frog"
+    between = "rigid"                    # in-betweens as rigid as possible, or "straight" lines
+    height = 1.0                         # times the source's height
+    pivot = [120.0, 80.0]                # where it turns, in the first key's drawing; the source's without it
+
+    [[parts.keys]]
+    name = "sit"
+    drawing = "bunny_sit.svg"            # relative to this file; a PNG or JPG may add outline = [[x, y], ...]
+
+A part with a `drawing` of its own and no keys keeps its shape: only the captured affine map is lent to it.
+With keys, the part's `drawing` serves every key that names none.
+"""
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.errors import InputError
+from capture.files import written_beside
+from capture.motion import arap
+from capture.motion.tracks import CartoonMotion, Track
+from retarget.characters.drawing import read_drawing
+from retarget.characters.picture import read_image, read_picture
+from retarget.characters.target import REST, Target
+
+BETWEEN = {"rigid": arap.inbetweens, "straight": arap.straight_inbetweens}
+PICTURES = (".png", ".jpg", ".jpeg", ".webp")
+DRAWINGS = (".svg", *PICTURES)
+
+
+@dataclass(frozen=True)
+class CastKey:
+    """The drawing of one key; an outline, in its pixels, is for pictures."""
+
+    name: str
+    drawing: str = ""
+    outline: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class CastPart:
+    """Who plays one part, and how."""
+
+    name: str
+    keys: tuple[CastKey, ...] = ()
+    drawing: str = ""
+    between: str = "rigid"
+    height: float = 1.0
+    pivot: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Cast:
+    """The characters of a performance; drawings are found from `folder`."""
+
+    parts: tuple[CastPart, ...] = ()
+    background: str = ""
+    folder: Path = field(default=Path(), compare=False)
+
+
+def read_cast(path: str | Path) -> Cast:
+    """Read a `*.cast.toml`; a misspelt, missing or impossible field is refused by its name."""
+    import msgspec
+
+    path = Path(path)
+    try:
+        stored = msgspec.toml.decode(path.read_bytes())
+        cast = msgspec.convert(stored, Cast)
+    except FileNotFoundError:
+        raise InputError(f"a cast file must exist: there is no {path}") from None
+    except (OSError, UnicodeDecodeError, msgspec.MsgspecError) as error:
+        raise InputError(f"{path} must be a *.cast.toml that names parts and drawings: {error}") from None
+    try:
+        _refuse_unknown(stored)
+        return _checked(replace(cast, folder=path.parent))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def write_cast(cast: Cast, path: str | Path) -> None:
+    """Write a `*.cast.toml`; drawings stay the same files, named from the new file's folder."""
+    lines = []
+    if cast.background:
+        named = cast.background if _is_color(cast.background) else _from(path, cast, cast.background)
+        lines += [f"background = {_text(named)}", ""]
+    for part in cast.parts:
+        lines += ["[[parts]]", f"name = {_text(part.name)}"]
+        if part.drawing:
+            lines.append(f"drawing = {_text(_from(path, cast, part.drawing))}")
+        lines += [f"between = {_text(part.between)}", f"height = {float(part.height)!r}"]
+        if part.pivot is not None:
+            lines.append(f"pivot = {_numbers(part.pivot)}")
+        for key in part.keys:
+            lines += ["", "[[parts.keys]]", f"name = {_text(key.name)}"]
+            if key.drawing:
+                lines.append(f"drawing = {_text(_from(path, cast, key.drawing))}")
+            if key.outline:
+                lines.append(f"outline = [{', '.join(map(_numbers, key.outline))}]")
+        lines.append("")
+    with written_beside(path) as temporary:
+        Path(temporary).write_text("\n".join(lines), encoding="utf-8")
+
+
+def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) -> Cast:
+    """A cast straight from drawings: one file for a part with one key, or a folder or list of files by name.
+
+    A file plays the key its stem ends in (bunny_sit.svg plays sit); with several parts the stem ends in
+    part_key, or in the part alone where that has one key.
+    """
+    named = [drawings] if isinstance(drawings, (str, Path)) else list(drawings)
+    files = [file for name in named for file in _drawings_at(Path(name))]
+    if len(motion.tracks) == 1 and len(files) == len(motion.tracks[0].keys) == 1:
+        track = motion.tracks[0]
+        return Cast((CastPart(track.part, (CastKey(track.keys[0], str(files[0])),)),))
+    found: dict[tuple[str, str], Path] = {}
+    for file in files:
+        role = _role_of(file, motion)
+        if role in found:
+            raise InputError(
+                f"a key must have one drawing: {found[role].name} and {file.name} both end in the name of "
+                f"key {role[1]!r} of part {role[0]!r}; keep one"
+            )
+        found[role] = file
+    parts = []
+    for track in motion.tracks:
+        keys = tuple(
+            CastKey(name, str(found[track.part, name])) for name in track.keys if (track.part, name) in found
+        )
+        if keys:
+            parts.append(CastPart(track.part, keys))
+    return Cast(tuple(parts))
+
+
+def targets(cast: Cast, motion: CartoonMotion) -> list[Target]:
+    """The characters of a cast, drawings read, keys in the motion's order."""
+    return [_target(part, cast, motion.track(part.name)) for part in cast.parts]
+
+
+def backdrop(cast: Cast) -> str | NDArray | None:
+    """The cast's background as `draw2d` takes it: a colour, a picture (H, W, 4), or None."""
+    if not cast.background or _is_color(cast.background):
+        return cast.background or None
+    return read_image(cast.folder / cast.background)
+
+
+def _target(part: CastPart, cast: Cast, track: Track) -> Target:
+    rest = not part.keys
+    played = {key.name: key for key in part.keys}
+    if not rest and (set(played) != set(track.keys) or len(played) < len(part.keys)):
+        raise InputError(
+            f"part {part.name!r}: the motion uses keys {', '.join(track.keys)}, the target has "
+            f"{', '.join(key.name for key in part.keys)}: name each of the motion's keys once, or give the part "
+            "one drawing and no keys to lend it the affine motion alone"
+        )
+    names = (REST,) if rest else track.keys
+    keys = [CastKey(REST)] if rest else [played[name] for name in names]
+    files = [cast.folder / (key.drawing or part.drawing) for key in keys]
+    kinds = {file.suffix.lower() for file in files}
+    between = BETWEEN[part.between]
+    if kinds == {".svg"}:
+        target = read_drawing(part.name, names, files, between)
+    elif kinds <= set(PICTURES):
+        outlines = [np.array(key.outline, float) if key.outline else None for key in keys]
+        target = read_picture(part.name, names, files, outlines, between)
+    else:
+        raise InputError(
+            f"part {part.name!r}: its drawings must all be SVG, or all be pictures ({', '.join(PICTURES)}), "
+            f"these are {', '.join(sorted(kinds))}: convert the others"
+        )
+    pivot = None if part.pivot is None else np.array(part.pivot, float)
+    return replace(target, height=part.height, pivot=pivot)
+
+
+def _checked(cast: Cast) -> Cast:
+    for part in cast.parts:
+        if part.between not in BETWEEN:
+            raise InputError(
+                f"part {part.name!r}: between must be {' or '.join(map(repr, BETWEEN))}, it is {part.between!r}"
+            )
+        if not 0 < part.height < np.inf:
+            raise InputError(
+                f"part {part.name!r}: height must be above 0, times the source's, it is {part.height}"
+            )
+        for key in part.keys or (CastKey(REST),):
+            if not (key.drawing or part.drawing):
+                whose = f"key {key.name!r} of part {part.name!r}" if part.keys else f"part {part.name!r}"
+                raise InputError(f'{whose} must have a drawing, it has none: add drawing = "file.svg"')
+    return cast
+
+
+def _refuse_unknown(stored: dict[str, Any]) -> None:
+    """Fields that are none are typing slips and would be passed over silently."""
+    levels = [(Cast, stored)]
+    parts = stored.get("parts", [])
+    for part in parts if isinstance(parts, list) else []:
+        levels.append((CastPart, part))
+        keys = part.get("keys", []) if isinstance(part, dict) else []
+        levels += [(CastKey, key) for key in keys if isinstance(keys, list)]
+    for kind, table in levels:
+        known = [one.name for one in fields(kind) if one.name != "folder"]
+        unknown = [name for name in table if name not in known] if isinstance(table, dict) else []
+        if unknown:
+            raise InputError(
+                f"{unknown[0]!r} is no field of a cast here, there are {', '.join(known)}: correct its name"
+            )
+
+
+def _drawings_at(path: Path) -> list[Path]:
+    """The file itself, or the drawings in a folder in order of their names."""
+    if path.is_dir():
+        files = sorted(file for file in path.iterdir() if file.suffix.lower() in DRAWINGS)
+        if not files:
+            raise InputError(f"{path} must hold drawings ({', '.join(DRAWINGS)}), it has none")
+        return files
+    if not path.is_file():
+        raise InputError(f"a drawing must be a file that exists: there is no {path}")
+    return [path]
+
+
+def _role_of(file: Path, motion: CartoonMotion) -> tuple[str, str]:
+    """The part and key a file's name ends in; the longest ending wins."""
+    endings = {}
+    for track in motion.tracks:
+        for key in track.keys:
+            endings[f"{track.part}_{key}"] = (track.part, key)
+            if len(motion.tracks) == 1:
+                endings[key] = (track.part, key)
+        if len(track.keys) == 1:
+            endings[track.part] = (track.part, track.keys[0])
+    stem = _plain(file.stem)
+    fitting = [end for end in endings if f"_{stem}".endswith(f"_{_plain(end)}")]
+    if not fitting:
+        raise InputError(
+            f"a drawing's name must end in what it plays: {file.name} ends in none of {', '.join(endings)}; "
+            "rename it, or write a cast file"
+        )
+    return endings[max(fitting, key=len)]
+
+
+def _plain(name: str) -> str:
+    return name.lower().replace("-", "_").replace(" ", "_")
+
+
+def _is_color(text: str) -> bool:
+    from matplotlib.colors import is_color_like
+
+    return is_color_like(text)
+
+
+def _from(path: str | Path, cast: Cast, drawing: str) -> str:
+    """A drawing's name as seen from the folder of the file `path`."""
+    return Path(os.path.relpath(cast.folder / drawing, Path(path).parent)).as_posix()
+
+
+def _text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _numbers(numbers: Sequence[float]) -> str:
+    return f"[{', '.join(repr(float(number)) for number in numbers)}]"

@@ -1,0 +1,160 @@
+"""Motion meets target (Bregler et al. 2002, section 3.4).
+
+The affine maps of the target's keys are taken out against its own key 0 (eq. 5), its in-betweens are mixed
+with the captured weights, and the captured affine maps are put back about the target's own pivots.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.errors import InputError
+from capture.motion import affine
+from capture.motion.tracks import CartoonMotion, Track, total_affine
+from retarget.characters.target import REST, Target
+
+
+@dataclass(frozen=True, eq=False)
+class Role:
+    """One target playing its part through T frames."""
+
+    target: Target
+    points: NDArray  # (T, M, 2) on the stage, the mesh's points first
+    weights: NDArray  # (T, K) folded onto keys
+    scale: float  # stage pixels for one of the target's units
+    visible: NDArray  # (T,) bool
+    order: NDArray  # (T,) int, higher is drawn later
+
+    def mesh(self) -> NDArray:
+        """Where the target's mesh is in every frame (T, N, 2)."""
+        return self.points[:, : self.target.keys.points.shape[1]]
+
+
+@dataclass(frozen=True, eq=False)
+class Performance:
+    """All roles over the motion's frames: everything a renderer or an exporter needs."""
+
+    roles: tuple[Role, ...]
+    times: NDArray  # (T,) seconds
+    fps: float
+    size: tuple[int, int]  # width and height of the stage
+
+    def posed(self, t: int, zoom: float = 1.0) -> list[Any]:
+        """Everything seen in frame t, back to front; `zoom` enlarges the stage about its top-left corner."""
+        seen = [role for role in self.roles if role.visible[t]]
+        things = []
+        for role in sorted(
+            seen, key=lambda role: role.order[t]
+        ):  # stable: equal orders keep the tracks' order
+            points = role.points[t] if zoom == 1 else (role.points[t] + 0.5) * zoom - 0.5
+            things += role.target.posed(points, role.weights[t], role.scale * zoom)
+        return things
+
+
+def perform(motion: CartoonMotion, targets: Iterable[Target]) -> Performance:
+    """Let targets play a motion; parts that no target plays are not seen."""
+    if motion.space != "pixels, y down":
+        raise InputError(
+            f"a drawing needs a motion in pixels, y down, this one is in {motion.space}: project it first"
+        )
+    targets = list(targets)
+    played = {target.part: target for target in targets}
+    if len(played) < len(targets):
+        raise InputError("a part must be played by one target only: name each part once in the cast")
+    for target in targets:
+        _check_keys(motion.track(target.part), target)
+    stands = standing(motion, played)
+    scaled = tuple(_travelling(track, played.get(track.part)) for track in motion.tracks)
+    lent = replace(motion, tracks=scaled)
+    pivots = {track.part: _pivot(track, played.get(track.part), motion, stands) for track in motion.tracks}
+    in_order = sorted(targets, key=lambda target: [track.part for track in motion.tracks].index(target.part))
+    roles = tuple(_role(lent, target, pivots, stands) for target in in_order)
+    return Performance(roles, motion.times, motion.fps, motion.size)
+
+
+def _role(
+    motion: CartoonMotion, target: Target, pivots: dict[str, NDArray], stands: dict[str, NDArray]
+) -> Role:
+    track = motion.track(target.part)
+    rest = target.keys.names == (REST,)
+    rows = np.zeros((1, 3)) if rest else track.rows
+    weights = np.ones((len(track), 1)) if rest else track.weights
+    shape = np.tensordot(weights, target.shapes(rows), axes=1)  # (T, M, 2)
+    place = affine.compose(stands[target.part], placement(motion, target))
+    points = affine.apply(affine.compose(total_affine(motion, target.part, pivots), place), shape)
+    folded = weights if rest else track.key_weights()
+    return Role(target, points, folded, float(np.hypot(*place[:, 0])), track.visible, track.order)
+
+
+def placement(motion: CartoonMotion, target: Target) -> NDArray:
+    """The similarity (2, 3) that stands the target's key 0 where the source's stands: as tall, on the same ground."""
+    here, there = target.box, _box(motion, target.part)
+    # a source as flat as a line has no height to go by
+    axis = 1 if there[1, 1] - there[0, 1] > 1e-3 * (there[1, 0] - there[0, 0]) else 0
+    scale = (there[1, axis] - there[0, axis]) / (here[1, axis] - here[0, axis])
+    linear = scale * np.eye(2)
+    return np.column_stack([linear, _foot(there) - linear @ _foot(here)])
+
+
+def standing(motion: CartoonMotion, played: dict[str, Target]) -> dict[str, NDArray]:
+    """Per part the similarity (2, 3) from the source's size to the target's.
+
+    A part that hangs on nothing grows from the ground up, about the bottom centre of its key 0.  Any other
+    grows about its pivot, and its pivot goes where its parent takes it: joints stay joints.
+    """
+    maps = {}
+
+    def of(track: Track) -> NDArray:
+        if track.part not in maps:
+            height = _height(played.get(track.part))
+            fixed = track.pivot if track.parent else _foot(_box(motion, track.part))
+            goal = affine.apply(of(motion.track(track.parent)), fixed[None])[0] if track.parent else fixed
+            maps[track.part] = np.column_stack([height * np.eye(2), goal - height * fixed])
+        return maps[track.part]
+
+    for track in motion.tracks:
+        total_affine(motion, track.part)  # refuses a part that is its own parent
+        of(track)
+    return maps
+
+
+def _height(target: Target | None) -> float:
+    return 1.0 if target is None else target.height
+
+
+def _travelling(track: Track, target: Target | None) -> Track:
+    """The track with its travel scaled by the target's height."""
+    scaled = track.affine.copy()
+    scaled[..., -1] *= _height(target)
+    return replace(track, affine=scaled)
+
+
+def _pivot(track: Track, target: Target | None, motion: CartoonMotion, stands: dict[str, NDArray]) -> NDArray:
+    """Where on the stage a part turns: the target's own pivot, or the source's carried along."""
+    point = track.pivot
+    if target is not None and target.pivot is not None:
+        point = affine.apply(placement(motion, target), np.asarray(target.pivot, float)[None])[0]
+    return affine.apply(stands[track.part], point[None])[0]
+
+
+def _box(motion: CartoonMotion, part: str) -> NDArray:
+    """Least and greatest corner (2, 2) of the source's key 0."""
+    keyset = motion.keyset(part)
+    outline = keyset.points[0, keyset.outline]
+    return np.stack([outline.min(axis=0), outline.max(axis=0)])
+
+
+def _foot(box: NDArray) -> NDArray:
+    return np.array([box[:, 0].mean(), box[1, 1]])
+
+
+def _check_keys(track: Track, target: Target) -> None:
+    names = target.keys.names
+    if names not in (track.keys, (REST,)):
+        raise InputError(
+            f"part {track.part!r}: the motion uses keys {', '.join(track.keys)}, the target has "
+            f"{', '.join(names)}: give it a drawing for each of the motion's keys, in that order"
+        )
