@@ -120,8 +120,8 @@ def _torch_trouble(root: Path, pin: str, index: str) -> str:
             return ""
         if not has_nvidia_card():
             return (
-                "the build on offer brings gigabytes of CUDA packages and this machine shows no NVIDIA card; for "
-                "the small one give the address of PyTorch's CPU wheels: make setup TORCH_INDEX=ADDRESS"
+                "the build on offer brings gigabytes of CUDA packages and this machine shows no NVIDIA card; "
+                "for the small one give the address of PyTorch's CPU wheels: make setup TORCH_INDEX=ADDRESS"
             )
         print("for CUDA, as there is an NVIDIA card (gigabytes) ", end="", flush=True)
     return "" if pip(root, "--no-deps", pin) else _complaint(root)
@@ -198,8 +198,9 @@ def _stamp(root: Path) -> list[str]:
 
 def _complaint(root: Path) -> str:
     log = (root / ".venv" / "setup.log").read_text(encoding="utf-8", errors="replace")
-    errors = [line.removeprefix("ERROR: ") for line in log.splitlines() if line.startswith("ERROR: ")]
-    return errors[-1] if errors else "it gave no reason"
+    lines = [line.strip() for line in log.splitlines() if line.strip()] or ["it gave no reason"]
+    errors = [line for line in lines if line.startswith("ERROR: ")]
+    return (errors or lines)[-1].removeprefix("ERROR: ")
 
 
 if __name__ == "__main__":

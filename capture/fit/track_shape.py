@@ -130,7 +130,7 @@ def _step(
     index = np.arange(6, len(normal))
     normal[index, index] += prior
     right[6:] += prior * alpha
-    normal[np.diag_indices_from(normal)] += 1e-5 * np.trace(normal[:6, :6]) / 6
+    normal[np.diag_indices_from(normal)] += 1e-5 * np.trace(normal[:6, :6]) / 6 + 1e-6  # off the picture: stay
     step = -np.linalg.solve(normal, right)
     # the increment acts on (bent - centre) / scale and adds to the frame's position
     linear, shift = step[:4].reshape(2, 2), scale * step[4:6]

@@ -156,8 +156,9 @@ def _other_starts(model: PartModel, alpha: NDArray, origin: NDArray, last: Pose)
 def _overlap(model: PartModel, pose: Pose, alpha: NDArray, origin: NDArray) -> float:
     """Intersection over union of the posed outline and the matte."""
     outline = models.outline_at(model, pose.placed, pose.alpha) - origin
-    if not np.isfinite(outline).all() or np.abs(outline).max() > 1e4:
-        return 0.0
+    size = np.linalg.det(pose.placed[:, :2])
+    if not np.isfinite(outline).all() or np.abs(outline).max() > 1e4 or not 1 / 8 < size < 8:
+        return 0.0  # mirrored, or out of all proportion
     solid = matte.fill((alpha.shape[1], alpha.shape[0]), outline) > 0
     seen = alpha > 0.5
     return float((solid & seen).sum() / max((solid | seen).sum(), 1))

@@ -30,7 +30,7 @@ class Clip:
     path: str
     size: tuple[int, int]  # (width, height)
     fps: float  # frames a second, the mean where the rate varies
-    edges: NDArray = field(repr=False)  # (T + 1,) seconds, rising from 0: frame starts, and the last one's end
+    edges: NDArray = field(repr=False)  # (T + 1,) seconds, from 0: frame starts, then the last one's end
     has_alpha: bool
     notes: tuple[str, ...]  # what a user should be told, a sentence each
     _fetch: Callable[[int], NDArray] = field(repr=False)

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,9 @@ from capture.pictures.clip import rising
 from capture.pictures.gif import write_gif
 
 TICK = Fraction(1, 90_000)  # seconds, where the frame rate varies
-H264 = {"crf": "16", "preset": "medium", "tune": "animation"}
+ITU709 = 1  # FFmpeg's number for the colours of high definition; as a range, 16 to 235
+# Without B-frames an mp4 keeps the length of the last frame, and one cut short loses nothing before the cut.
+H264 = {"crf": "16", "preset": "medium", "tune": "animation", "bf": "0"}
 VP9 = {"crf": "10", "b": "0", "deadline": "good", "cpu-used": "5", "row-mt": "1", "auto-alt-ref": "0"}
 
 Timed = Iterator[tuple[NDArray, int, int]]  # a frame, its start and its length in ticks
@@ -30,15 +33,17 @@ def write_clip(
     times: ArrayLike | None = None,
     background: tuple[int, int, int] = (255, 255, 255),
 ) -> int:
-    """Write uint8 frames (H, W, 3 or 4) as the suffix says: .mp4, .webm, .gif, or none for a PNG folder; return T.
+    """Write uint8 frames (H, W, 3 or 4) as .mp4, .webm, .gif or, without a suffix, a folder of PNG; return T.
 
-    `times`, the start of each frame in seconds (T,), perhaps with the end of the last (T + 1,), replaces `fps`.
+    `times`, when each frame starts in seconds (T,), maybe with the end of the last (T + 1,), replaces `fps`.
     An mp4 has no alpha, so frames with alpha are put over `background`; its sides are even, so the last row
-    or column is doubled where need be.  A webm keeps alpha.  A gif keeps it as on or off, and shows at most 50
-    frames a second and 255 colours.  A folder holds 0000.png, 0001.png, ...; it keeps no times.
+    or column is doubled where need be.  A webm keeps alpha.  A gif keeps it as on or off, and has at most
+    50 frames a second and 255 colours.  A folder holds 0000.png, 0001.png, ...; it keeps no times.
     """
-    if not (np.isfinite(fps) and fps > 0):
-        raise InputError(f"{path}: the frame rate must be above 0, it is {fps}; give a number such as 24")
+    if not 0 < fps <= 1000:
+        raise InputError(
+            f"{path}: the frame rate must be above 0 and at most 1000, it is {fps}; give one such as 24"
+        )
     write = _writer(path, background)
     alike = _alike(path, frames)
     if times is None:
@@ -91,7 +96,9 @@ def _write_gif(path: str | os.PathLike, frames: Timed, tick: Fraction) -> int:
         return write_gif(file, frames, tick)
 
 
-def _write_mp4(path: str | os.PathLike, background: tuple[int, int, int], frames: Timed, tick: Fraction) -> int:
+def _write_mp4(
+    path: str | os.PathLike, background: tuple[int, int, int], frames: Timed, tick: Fraction
+) -> int:
     """H.264 in yuv420p, the one form every player opens; its index stands in front, so it can be streamed."""
     opaque = ((_even(over(frame, background)), start, length) for frame, start, length in frames)
     with written_beside(path) as file:
@@ -99,7 +106,7 @@ def _write_mp4(path: str | os.PathLike, background: tuple[int, int, int], frames
 
 
 def _write_webm(path: str | os.PathLike, frames: Timed, tick: Fraction) -> int:
-    bled = ((_bled(frame) if frame.shape[2] == 4 else frame, start, length) for frame, start, length in frames)
+    bled = ((_bled(frame), start, length) for frame, start, length in frames)
     with written_beside(path) as file:
         return _write_video(file, bled, tick, "libvpx-vp9", VP9)
 
@@ -127,7 +134,8 @@ def _write_video(file: Path, frames: Timed, tick: Fraction, codec: str, options:
                 encoder.height, encoder.width = frame.shape[:2]
                 encoder.pix_fmt, encoder.time_base = yuv, tick
                 encoder.thread_count, encoder.gop_size = 2, 48  # a key frame now and then: quick to seek
-                encoder.colorspace = encoder.color_primaries = encoder.color_trc = encoder.color_range = ITU709
+                encoder.colorspace = encoder.color_range = ITU709
+                encoder.color_primaries = encoder.color_trc = ITU709
                 if yuv == "yuva420p":
                     stream.metadata["alpha_mode"] = "1"
             picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format=rgb).reformat(
@@ -137,9 +145,6 @@ def _write_video(file: Path, frames: Timed, tick: Fraction, codec: str, options:
             mux(stream.encode(picture))
         mux(stream.encode(None))
     return count
-
-
-ITU709 = 1  # FFmpeg's number for the colours of high definition; as a range, 16 to 235
 
 
 def _alike(path: str | os.PathLike, frames: Iterable[NDArray]) -> Iterator[NDArray]:
@@ -160,7 +165,9 @@ def _alike(path: str | os.PathLike, frames: Iterable[NDArray]) -> Iterator[NDArr
 def _at_times(path: str | os.PathLike, frames: Iterator[NDArray], times: NDArray, fps: float) -> Timed:
     """Frames with starts and lengths from `times`; without an end the last is as long as the one before."""
     starts = [round((t - times[0]) / TICK) for t in times]
-    lengths = [b - a for a, b in zip(starts, starts[1:])]
+    lengths = [b - a for a, b in pairwise(starts)]
+    if lengths and min(lengths) * TICK < Fraction(1, 1000):
+        raise InputError(f"{path}: frames must be at least 1 ms apart, some are nearer; leave some out")
     lengths.append(lengths[-1] if lengths else round(1 / fps / TICK))
     count = 0
     for count, frame in enumerate(frames, 1):
@@ -180,9 +187,11 @@ def _even(frame: NDArray) -> NDArray:
 
 
 def _bled(frame: NDArray) -> NDArray:
-    """Invisible pixels take the colour of the nearest visible one, or coarse chroma would fringe the outline."""
+    """Hidden pixels take the colour of the nearest visible one, or coarse chroma would fringe the outline."""
     import cv2
 
+    if frame.shape[2] == 3:
+        return frame
     hidden = (frame[..., 3] == 0).astype(np.uint8)
     if hidden.all() or not hidden.any():
         return frame
@@ -191,3 +200,9 @@ def _bled(frame: NDArray) -> NDArray:
     visible = hidden == 0
     colours[nearest[visible]] = frame[visible, :3]
     return np.dstack([colours[nearest], frame[..., 3]])
+
+
+def write_picture(path: str | os.PathLike, picture: NDArray) -> None:
+    """Write one uint8 RGB or RGBA picture (H, W, 3 or 4) as PNG."""
+    with written_beside(path) as temporary:
+        Image.fromarray(picture).save(temporary, format="PNG")

@@ -25,8 +25,8 @@ SHORTEST = 2  # hundredths of a second: players slow anything shorter down to te
 def write_gif(file: Path, frames: Iterable[tuple[NDArray, int, int]], tick: Fraction) -> int:
     """Write frames (H, W, 3 or 4), each with start and length in ticks of `tick` seconds; return T.
 
-    Alpha below one half is transparent, above it opaque.  The frames pass twice, for colours and for pixels, so
-    they wait, packed, in a temporary file and never all in memory.
+    Alpha below one half is transparent, above it opaque.  The frames pass twice, for colours and for pixels,
+    so they wait, packed, in a temporary file and never all in memory.
     """
     seen, counts = np.zeros(2**24, bool), np.zeros(2**15)
     edges, sizes, has_clear = [], [], False
@@ -49,11 +49,11 @@ def write_gif(file: Path, frames: Iterable[tuple[NDArray, int, int]], tick: Frac
             # size, "256 colours, 8 bits each", background, square pixels; then: repeat for ever
             out.write(b"GIF89a" + struct.pack("<HHBBB", W, H, 0xF7, CLEAR, 0) + palette.tobytes())
             out.write(b"!\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00")
-            before = None
+            before = np.full((H, W), -1)
             for size, wait in zip(sizes, waits):
                 colour = np.frombuffer(zlib.decompress(waiting.read(size)), np.int32).reshape(H, W)
                 picture = np.where(colour < 0, np.uint8(CLEAR), index[colour])
-                change = picture if before is None or has_clear else np.where(picture == before, CLEAR, picture)
+                change = picture if has_clear else np.where(picture == before, CLEAR, picture)
                 out.write(_block(change, int(wait), RESTORE if has_clear else KEEP))
                 before = picture
             out.write(b";")
@@ -94,22 +94,19 @@ def _palette(seen: NDArray, counts: NDArray) -> tuple[NDArray, NDArray]:
     palette, index = np.zeros((256, 3), np.uint8), np.zeros(2**24, np.uint8)
     if len(seen) == 0:
         return palette, index
-    if len(seen) <= CLEAR:
-        chosen = colours
-    else:
-        chosen = _chosen(colours, counts)
+    chosen = colours if len(seen) <= CLEAR else _chosen(colours, counts)
     palette[: len(chosen)] = chosen
     index[seen] = KDTree(chosen).query(colours.astype(float))[1]
     return palette, index
 
 
 def _chosen(colours: NDArray, counts: NDArray) -> NDArray:
-    """255 colours (n, 3) for many; a colour's say is the root of its area, or small parts would lose theirs."""
+    """255 colours (n, 3) for many; each has a say by the root of its area, lest small parts lose theirs."""
     cell = _cell(_packed(colours))
     say = np.sqrt(counts[cell]) / np.bincount(cell, minlength=len(counts))[cell]
     repeats = np.ceil(say * 2**17 / say.sum()).astype(int)
     pixels = np.repeat(colours, repeats, axis=0)[None]
-    small = Image.fromarray(pixels).quantize(CLEAR, Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE)
+    small = Image.fromarray(pixels).quantize(CLEAR, Image.Quantize.MEDIANCUT, kmeans=2)
     return np.array(small.getpalette()[: 3 * CLEAR], np.uint8).reshape(-1, 3)
 
 

@@ -46,13 +46,15 @@ def read_picture(path: Path, tile: tuple[int, int] | None) -> Clip:
 
 
 def read_folder(path: Path) -> Clip:
-    """The pictures of a folder as frames, in the order of the numbers in their names; all must be one size."""
+    """The pictures of a folder as frames, in the order of the numbers in their names; all of one size."""
     files = sorted(
         (p for p in path.iterdir() if p.suffix.lower() in SUFFIXES and not p.name.startswith(".")),
         key=_natural_order,
     )
     if not files:
-        raise InputError(f"{path}: a folder must hold pictures ({', '.join(SUFFIXES)}), this has none; fill it")
+        raise InputError(
+            f"{path}: a folder must hold pictures ({', '.join(SUFFIXES)}), this has none; fill it"
+        )
     has_alpha, size = False, None
     for file in files:
         with _damage_told(file), Image.open(file, formats=FORMATS) as image:
@@ -75,7 +77,7 @@ def read_folder(path: Path) -> Clip:
 
 
 def pixels(image: Image.Image, with_alpha: bool | None = None) -> NDArray:
-    """A Pillow image of any mode as uint8 RGB (H, W, 3), or RGBA (H, W, 4) if it has (or is to have) alpha."""
+    """A Pillow image of any mode as uint8 RGB (H, W, 3), or RGBA (H, W, 4) if it has or is to have alpha."""
     image = ImageOps.exif_transpose(image)
     if with_alpha is None:
         with_alpha = image.has_transparency_data
@@ -117,13 +119,13 @@ def _animation(path: Path, image: Image.Image) -> Clip:
             return pixels(image, bool(has_alpha))
 
     edges = np.concatenate([[0.0], np.cumsum(durations)])
-    fetch = remembering(fetch, image.size)
-    return Clip(str(path), image.size, count / float(edges[-1]), edges, bool(has_alpha), notes, fetch)
+    fps = round(count / float(edges[-1]), 6)
+    return Clip(str(path), image.size, fps, edges, bool(has_alpha), notes, remembering(fetch, image.size))
 
 
 def told_short(path: Path, promised: int, count: int) -> str:
     """The note about a clip of which only the first `count` frames can be had."""
-    return f"{path.name} is damaged or ends early: it promises {promised} frames, {count} decode and are used."
+    return f"{path.name} is damaged or ends early: it promises {promised} frames, the first {count} are used."
 
 
 def _still(path: Path, picture: NDArray) -> Clip:
@@ -134,7 +136,7 @@ def _still(path: Path, picture: NDArray) -> Clip:
 
 
 def _sheet(path: Path, sheet: NDArray, tile: tuple[int, int]) -> Clip:
-    """Tiles row by row; at the end those of a single colour, or wholly transparent, are padding and dropped."""
+    """Tiles row by row; those at the end of one colour, or wholly transparent, are padding and dropped."""
     (width, height), (H, W) = tile, sheet.shape[:2]
     if not (1 <= width <= W and 1 <= height <= H):
         raise InputError(
@@ -151,7 +153,7 @@ def _sheet(path: Path, sheet: NDArray, tile: tuple[int, int]) -> Clip:
     while count and _is_blank(fetch(count - 1)):
         count -= 1
     if count == 0:
-        raise InputError(f"{path}: a sheet must hold drawings, all its tiles are blank; check the tile's size")
+        raise InputError(f"{path}: a sheet must hold drawings, all its tiles are blank; check their size")
     notes = ()
     if W % width or H % height:
         notes = (

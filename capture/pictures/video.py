@@ -21,6 +21,8 @@ DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}  # FFmpeg's own drop the alpha
 SMOOTHLY = Interpolation.BICUBIC | Interpolation.FULL_CHR_H_INT | Interpolation.ACCURATE_RND
 ITU709, UNSPECIFIED = 1, 2  # colour spaces, in FFmpeg's numbers
 
+Source = tuple[av.container.InputContainer, av.VideoStream, av.VideoCodecContext]
+
 
 @dataclass(frozen=True, eq=False)
 class Index:
@@ -36,15 +38,15 @@ class Index:
 
 
 def read_video(path: Path) -> Clip:
-    """Open anything FFmpeg reads; of a truncated file what decodes is used, and `notes` says so."""
+    """Open a video, of any common kind; of a truncated one what decodes is used, and `notes` says so."""
     with _damage_told(path):
-        index = _index(path)
-        index = _without_broken_tail(path, index)
-        frame = next(_decode_from(_open(path), index, 0))[1]
+        index, source = _index(path), _open(path)
+        index = _without_broken_tail(path, source, index)
+        frame = next(_decode_from(source, index, 0))[1]
     turns = round(frame.rotation / 90) % 4  # a phone held upright
     size = (frame.width, frame.height) if turns % 2 == 0 else (frame.height, frame.width)
     has_alpha = any(component.is_alpha for component in frame.format.components)
-    shape = dict(width=frame.width, height=frame.height, format="rgba" if has_alpha else "rgb24")
+    shape = {"width": frame.width, "height": frame.height, "format": "rgba" if has_alpha else "rgb24"}
 
     def picture(frame: av.VideoFrame) -> NDArray:
         # Without a tag, high definition is ITU-R 709 and the rest 601: what players assume.
@@ -56,7 +58,7 @@ def read_video(path: Path) -> Clip:
     notes = ()
     if index.promised > len(index.pts):
         notes = (told_short(path, index.promised, len(index.pts)),)
-    fetch = remembering(_fetcher(path, index, picture), size)
+    fetch = remembering(_fetcher(path, source, index, picture), size)
     return Clip(str(path), size, fps, edges, has_alpha, notes, fetch)
 
 
@@ -65,7 +67,7 @@ def _index(path: Path) -> Index:
     container, stream, _ = _open(path)
     tick, rate = float(stream.time_base), float(stream.average_rate or stream.guessed_rate or 0)
     vp8 = stream.codec_context.name == "vp8"
-    rows, count, ends, cut = [], 0, 0.0, False
+    rows, broken, ends = [], 0, 0.0
     try:
         for packet in container.demux():
             if packet.pts is None and packet.dts is None:
@@ -76,44 +78,44 @@ def _index(path: Path) -> Index:
                 continue
             if packet.is_discard or (vp8 and not bytes(packet)[0] >> 4 & 1):
                 continue  # never shown: outside the edit, or a reference only
-            count, cut = count + 1, cut or packet.is_corrupt
-            if not packet.is_corrupt:
+            if packet.is_corrupt:
+                broken += 1
+            else:
                 rows.append((shown, _found(packet), packet.duration or 0, packet.is_keyframe))
     except av.FFmpegError:
-        cut = True
+        broken += 1
     if not rows:
         raise InputError(f"{path}: a video must hold frames, this one holds none; make it again")
     pts, dts, lasts, key = np.array(rows, np.int64).T
-    pts, order = np.unique(pts, return_index=True)
-    keys = np.union1d([0], np.flatnonzero(key[order]))
-    promised, begins = count, min(container.start_time or 0, 0) / av.time_base
+    promised, begins = len(rows) + broken, min(container.start_time or 0, 0) / av.time_base
     missing = (container.duration or 0) / av.time_base - (ends - begins)
-    if cut or missing * rate > 2:  # not otherwise: a count may include frames that an edit list hides
-        promised = max(count, stream.frames or round(count + missing * rate))
+    if broken or missing * rate > 2:  # not otherwise: a count may include frames that an edit list hides
+        promised = max(promised, stream.frames or round(promised + missing * rate))
+    known = dts.max() if promised > len(rows) else np.inf  # what was lost at the end is shown after this
+    pts, order = np.unique(pts[pts <= known], return_index=True)
+    keys = np.union1d([0], np.flatnonzero(key[order]))
     return Index(pts, dts[order], lasts[order], keys, tick, rate, promised)
 
 
-def _without_broken_tail(path: Path, index: Index) -> Index:
-    """Leave out the frames after the last key frame that do not decode; if all of them, go back a key frame."""
-    source = _open(path)
+def _without_broken_tail(path: Path, source: Source, index: Index) -> Index:
+    """End at the first frame after the last key that does not decode; if that key does not, go back one."""
     for key in index.keys[::-1]:
-        alive = [n for n, _ in _decode_from(source, index, key) if n >= key]
-        if alive != sorted(alive):
+        whole = [n for n, frame in _decode_from(source, index, key) if n >= key and not frame.is_corrupt]
+        if whole != sorted(whole):
             raise InputError(
-                f"{path}: the time stamps of a video must follow its pictures, these do not; convert it to mp4"
+                f"{path}: a video's time stamps must follow its pictures, these do not; convert it to mp4"
             )
-        if alive:
-            kept = np.append(np.arange(key), alive)
-            keys = np.flatnonzero(np.isin(kept, index.keys))
-            pts, dts, lasts = index.pts[kept], index.dts[kept], index.lasts[kept]
-            return replace(index, pts=pts, dts=dts, lasts=lasts, keys=keys)
+        if whole and whole[0] == key:
+            T = key + int(np.sum(np.array(whole) == key + np.arange(len(whole))))
+            pts, dts, lasts = index.pts[:T], index.dts[:T], index.lasts[:T]
+            return replace(index, pts=pts, dts=dts, lasts=lasts, keys=index.keys[index.keys < T])
     raise InputError(
         f"{path}: a video must hold frames that decode, none of its {len(index.pts)} does; make it again"
     )
 
 
 def _timing(index: Index) -> tuple[NDArray, float]:
-    """Edges (T + 1,) in seconds and frames a second: as claimed, where that fits but for rounding, else the mean."""
+    """Edges (T + 1,) in seconds and frames a second: as claimed if that fits, else the mean."""
     T, seconds = len(index.pts), (index.pts - index.pts[0]) * index.tick
     last = index.lasts[-1] * index.tick or (seconds[-1] / (T - 1) if T > 1 else 1 / 24)
     edges = np.append(seconds, seconds[-1] + last)
@@ -123,9 +125,11 @@ def _timing(index: Index) -> tuple[NDArray, float]:
     return edges, T / float(edges[-1])
 
 
-def _fetcher(path: Path, index: Index, picture: Callable[[av.VideoFrame], NDArray]) -> Callable[[int], NDArray]:
-    """Frame by number.  The decoder stays where it is: the next frame, or one before the next key, needs no seek."""
-    source, lock = _open(path), Lock()
+def _fetcher(
+    path: Path, source: Source, index: Index, picture: Callable[[av.VideoFrame], NDArray]
+) -> Callable[[int], NDArray]:
+    """Frames by number; the decoder stays where it is, so going on to the next, or nearly, needs no seek."""
+    lock = Lock()
     coming, at = iter(()), len(index.pts)  # the frames to come, and the number of the latest
 
     def fetch(i: int) -> NDArray:
@@ -136,20 +140,18 @@ def _fetcher(path: Path, index: Index, picture: Callable[[av.VideoFrame], NDArra
                 coming, at = _decode_from(source, index, i), -1
             for _ in range(2):
                 for at, frame in coming:
-                    if at >= i:
+                    if at == i:
+                        return picture(frame)
+                    if at > i:
                         break
-                if at == i:
-                    return picture(frame)
-                coming, at = _decode_from(source, index, 0), -1  # some seek past the mark: only the start is sure
+                # Old containers seek past the mark: only their start is sure.
+                coming, at = _decode_from(source, index, 0), -1
             at = len(index.pts)
         raise InputError(
-            f"{path}: every frame must decode, frame {i} does not; end the clip there (stop={i}) or encode it again"
+            f"{path}: every frame must decode, frame {i} does not; end with stop={i} or encode it again"
         )
 
     return fetch
-
-
-Source = tuple[av.container.InputContainer, av.VideoStream, av.VideoCodecContext]
 
 
 def _open(path: Path) -> Source:

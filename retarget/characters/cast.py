@@ -160,8 +160,8 @@ def _target(part: CastPart, cast: Cast, track: Track) -> Target:
     if not rest and (set(played) != set(track.keys) or len(played) < len(part.keys)):
         raise InputError(
             f"part {part.name!r}: the motion uses keys {', '.join(track.keys)}, the target has "
-            f"{', '.join(key.name for key in part.keys)}: name each of the motion's keys once, or give the part "
-            "one drawing and no keys to lend it the affine motion alone"
+            f"{', '.join(key.name for key in part.keys)}: name each of the motion's keys once, "
+            "or give the part one drawing and no keys to lend it the affine motion alone"
         )
     names = (REST,) if rest else track.keys
     keys = [CastKey(REST)] if rest else [played[name] for name in names]
@@ -186,7 +186,7 @@ def _checked(cast: Cast) -> Cast:
     for part in cast.parts:
         if part.between not in BETWEEN:
             raise InputError(
-                f"part {part.name!r}: between must be {' or '.join(map(repr, BETWEEN))}, it is {part.between!r}"
+                f"part {part.name!r}: between must be one of {', '.join(BETWEEN)}, it is {part.between!r}"
             )
         if not 0 < part.height < np.inf:
             raise InputError(

@@ -1,8 +1,8 @@
-"""Vector drawings that play a part: one SVG for every key, posed as paths again (Bregler 2002, section 3.4.1).
+"""Vector drawings that play a part: an SVG for every key, posed as paths again (Bregler 2002, section 3.4.1).
 
-The drawing lies in a mesh of its silhouette.  The mesh is what keys and in-betweens are made of; the drawing's
-control points are carried by it, and what the mesh leaves over in a key is added back, so that a frame with
-weight 1 on a key redraws that key exactly.
+The drawing lies in a mesh of its silhouette.  The mesh is what keys and in-betweens are made of; it carries
+the drawing's control points, and what it leaves over in a key is added back, so that a frame with weight 1
+on a key redraws that key exactly.
 """
 
 from dataclasses import dataclass, replace
@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from capture.motion import affine, arap, keys, triangulate
+from capture.motion import affine, arap, keys
 from capture.motion.keys import Inbetweener, KeySet
 from retarget.characters import paths
+from retarget.characters.embed import carried_mesh, embedding, silhouette_mesh, silhouette_of
 from retarget.characters.paths import DrawnPath, Gradient, Paint
-from retarget.characters.picture import valid_ring
 from retarget.characters.svg import read_svg
 
 FACES_ACROSS = 22
@@ -38,7 +38,7 @@ class Drawing:
     pivot: NDArray | None = None
 
     def shapes(self, rows: NDArray) -> NDArray:
-        """Mesh and control points (D, N + P, 2) for rows (D, 3); what is left over goes straight from key to key."""
+        """Mesh and control points (D, N + P, 2) for rows (D, 3); leftovers go straight from key to key."""
         mesh = keys.shapes(keys.with_rows(self.keys, rows), self.between)
         controls = np.stack([self.carry @ shape for shape in mesh])
         controls += arap.straight_inbetweens(self.leftover, self.keys.faces, rows)
@@ -86,14 +86,14 @@ def drawing(
 ) -> Drawing:
     """A character from its drawn paths in each of K keys; control points correspond by their order."""
     _check_alike(versions, files or list(names))
-    silhouette = _silhouette(versions[0])
+    silhouette = silhouette_of(versions[0])
     step = np.sqrt(silhouette.area) / FACES_ACROSS
     elements = [_evenly(of_keys, step) for of_keys in zip(*versions, strict=True)]  # per path its K versions
-    mesh, faces, outline = _mesh(silhouette, step)
+    mesh, faces, outline = silhouette_mesh(silhouette, step)
     controls = np.stack(
         [np.concatenate([of_keys[k].points for of_keys in elements]) for k in range(len(names))]
     )
-    drawn = _carried_mesh(mesh, faces, elements)
+    drawn = carried_mesh(mesh, faces, elements)
     aligned, removed = keys.align(drawn, outline)
     controls_aligned = affine.apply(affine.invert(removed), controls)
     keyset = KeySet(tuple(names), aligned, faces, outline, keys.inbetween_rows(len(names)), removed)
@@ -105,8 +105,10 @@ def drawing(
     )
 
 
-def silhouette(part: str, keyset: KeySet, fill: Paint, stroke: Paint = None, width: float = 0.0) -> Drawing:
-    """A key set as a character of its own: its outline, filled; the mesh is the key set's, point for point."""
+def outline_drawing(
+    part: str, keyset: KeySet, fill: Paint, stroke: Paint = None, width: float = 0.0
+) -> Drawing:
+    """A key set as a character: its outline, painted; the mesh is the key set's, point for point."""
     from scipy import sparse
 
     ring = np.append(keyset.outline, keyset.outline[0])
@@ -133,45 +135,6 @@ def silhouette(part: str, keyset: KeySet, fill: Paint, stroke: Paint = None, wid
     edge = drawn[0][keyset.outline]
     box = np.stack([edge.min(axis=0), edge.max(axis=0)])
     return Drawing(part, keyset, box, carry, np.zeros((len(drawn), carry.shape[0], 2)), (versions,))
-
-
-def embedding(mesh: NDArray, faces: NDArray, points: NDArray) -> object:
-    """A sparse matrix (P, N) that carries points (P, 2) along with a mesh (N, 2), more smoothly than its faces do.
-
-    Each corner of a point's face brings its own place and the mean bend round it; the mean of that and of
-    the flat face follows a smooth bend to second order, so that curves do not break at the faces' edges.
-    """
-    from scipy import sparse
-
-    face, shares = triangulate.locate(points, mesh, faces)
-    corners = faces[face]  # (P, 3)
-    count = np.arange(len(points)).repeat(3)
-    shape = (len(points), len(mesh))
-    flat = sparse.csr_matrix((shares.ravel(), (count, corners.ravel())), shape=shape)
-    slopes, area = _slopes(mesh, faces)  # (F, 3, 2)
-    number = np.arange(len(faces)).repeat(3)
-    gather = sparse.csr_matrix((area.repeat(3), (faces.ravel(), number)), shape=(len(mesh), len(faces)))
-    gather = sparse.diags(1 / np.maximum(np.asarray(gather.sum(axis=1)).ravel(), 1e-30)) @ gather
-    near = np.where(shares.min(axis=1) > -0.3, 0.5, 0.0)  # far outside, only the flat face is to be trusted
-    away = shares[..., None] * (points[:, None] - mesh[corners]) * near[:, None, None]  # (P, 3, 2)
-    carried = flat
-    for axis in (0, 1):
-        slope = sparse.csr_matrix(
-            (slopes[..., axis].ravel(), (number, faces.ravel())), shape=(len(faces), len(mesh))
-        )
-        bend = sparse.csr_matrix((away[..., axis].ravel(), (count, corners.ravel())), shape=shape)
-        carried = carried + bend @ (gather @ slope)
-    return carried.tocsr()
-
-
-def _slopes(mesh: NDArray, faces: NDArray) -> tuple[NDArray, NDArray]:
-    """Gradients (F, 3, 2) of the three corner shares of each face, and the faces' areas (F,)."""
-    corners = mesh[faces]
-    edges = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=-1)
-    inverse = np.linalg.inv(edges)
-    return np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1), 0.5 * np.abs(
-        np.linalg.det(edges)
-    )
 
 
 def _check_alike(versions: list[list[DrawnPath]], files: list[str]) -> None:
@@ -215,21 +178,8 @@ def _kind(paint: Paint) -> str:
     return f"a {'linear' if paint.focus is None else 'radial'} gradient of {len(paint.offsets)} stops"
 
 
-def _silhouette(version: list[DrawnPath]) -> object:
-    """All that a key paints, as one shapely shape without holes; its bounds are the character's box."""
-    import shapely
-
-    union = shapely.union_all([paths.painted(path) for path in version])
-    pieces = [piece for piece in getattr(union, "geoms", [union]) if piece.area > 0]
-    if not pieces:
-        raise InputError(
-            "a drawing must paint an area, all its shapes are empty: give them a fill or a stroke"
-        )
-    return shapely.union_all([shapely.Polygon(piece.exterior) for piece in pieces])
-
-
 def _evenly(of_keys: tuple[DrawnPath, ...], step: float) -> list[DrawnPath]:
-    """One path in its K keys, its long curves cut at the same parameters, wound for the non-zero rule as in key 0."""
+    """One path in its K keys, long curves cut alike, all wound for the non-zero rule as key 0 needs it."""
     hulls = np.stack(
         [np.linalg.norm(np.diff(paths.pieces(path), axis=1), axis=-1).sum(-1) for path in of_keys]
     )
@@ -238,49 +188,8 @@ def _evenly(of_keys: tuple[DrawnPath, ...], step: float) -> list[DrawnPath]:
     return [paths.wound(paths.split(path, counts), turn) for path in of_keys]
 
 
-def _mesh(silhouette: object, step: float) -> tuple[NDArray, NDArray, NDArray]:
-    """Points (N, 2), faces (F, 3) and boundary (B,) of the silhouette, slightly grown; each piece is meshed."""
-    import shapely
-
-    grown = silhouette.buffer(0.35 * step).simplify(0.08 * step)
-    pieces = [shapely.Polygon(piece.exterior) for piece in getattr(grown, "geoms", [grown])]
-    largest = max(piece.area for piece in pieces)
-    edges, insides, meshes = [], [], []
-    for piece in (piece for piece in pieces if piece.area > 0.002 * largest):
-        ring = np.array(piece.exterior.coords)[:-1]
-        ring = valid_ring(ring, max(12, round(piece.length / step)))
-        outline, loop, inside, faces = triangulate.triangulate(ring[None], step)
-        edges.append(outline[0])
-        insides.append(inside)
-        meshes.append((loop, faces))
-    borders = np.cumsum([0, *map(len, edges)])
-    inners = borders[-1] + np.cumsum([0, *map(len, insides)])
-    outline, faces = [], []
-    for number, (loop, own) in enumerate(meshes):
-        places = np.concatenate(
-            [np.arange(borders[number], borders[number + 1]), np.arange(inners[number], inners[number + 1])]
-        )
-        outline.append(places[loop])
-        faces.append(places[own])
-    return np.vstack([*edges, *insides]), np.vstack(faces), np.concatenate(outline)
-
-
-def _carried_mesh(mesh: NDArray, faces: NDArray, elements: list[list[DrawnPath]]) -> NDArray:
-    """Where each key puts the mesh (K, N, 2): points along its curves are the handles."""
-    at = (0.0, 0.5)
-    curves = [np.concatenate([paths.along(paths.pieces(of_keys[k]), at).reshape(-1, 2) for of_keys in elements])
-              for k in range(len(elements[0]))]  # fmt: skip
-    if len(curves) == 1:
-        return mesh[None]
-    _, once = np.unique(np.round(np.hstack(curves), 6), axis=0, return_index=True)
-    face, shares = triangulate.locate(curves[0][once], mesh, faces)
-    return np.stack(
-        [mesh, *(arap.carry(mesh, faces, faces[face], shares, goal[once]) for goal in curves[1:])]
-    )
-
-
 def _gradients_at_home(of_keys: list[DrawnPath]) -> tuple[DrawnPath, ...]:
-    """The keys of a path with their gradients where they would lie in key 0, so that they can be mixed there."""
+    """The keys of a path with their gradients where they would lie in key 0, to be mixed there."""
     home = []
     for path in of_keys:
         back = affine.identity()

@@ -90,7 +90,7 @@ def _cut(curve: NDArray, count: int) -> NDArray:
     t0, t1 = np.arange(count) / count, np.arange(1, count + 1) / count
 
     def polar(a: NDArray, b: NDArray, c: NDArray) -> NDArray:
-        """The curve's symmetric trilinear form: its diagonal is the curve, its mixtures are control points."""
+        """The curve's symmetric trilinear form (its blossom), which holds the control points of any cut."""
         level = [(1 - a)[:, None] * curve[i] + a[:, None] * curve[i + 1] for i in range(3)]
         level = [(1 - b)[:, None] * level[i] + b[:, None] * level[i + 1] for i in range(2)]
         return (1 - c)[:, None] * level[0] + c[:, None] * level[1]

@@ -56,7 +56,7 @@ class Picture:
         return keys.shapes(keys.with_rows(self.keys, rows), self.between)
 
     def posed(self, points: NDArray, weights: NDArray, scale: float) -> list[DrawnPicture]:
-        """The picture on points (N, 2) of the stage; pictures of their own are mixed by the key weights (K,)."""
+        """The picture on points (N, 2) of the stage; several pictures are mixed by the key weights (K,)."""
         if len(self.layers) == 1:
             mixed = ((self.layers[0], 1.0),)
         else:
@@ -90,8 +90,8 @@ def read_picture(
         if min(counts) < 3 or len(set(counts)) > 1:
             shown = ", ".join(f"{name} {count}" for name, count in zip(names, counts, strict=True))
             raise InputError(
-                f"part {part!r}: pictures for several keys need an outline each, of the same 3 or more points, "
-                f"these have {shown}: give them in the cast"
+                f"part {part!r}: pictures for several keys need an outline each, of the same 3 or more "
+                f"points, these have {shown}: give them in the cast"
             )
         outline = np.stack(outlines)
         box = np.stack([outline[0].min(axis=0), outline[0].max(axis=0)])
@@ -119,7 +119,7 @@ def read_image(path: str | Path) -> NDArray:
 
 
 def outline_of(image: NDArray, name: str = "the picture", count: int | None = None) -> NDArray:
-    """The outline (B, 2) of a picture's opaque part, from its alpha, grown by two pixels to hold the soft border."""
+    """The outline (B, 2) of a picture's opaque part, by its alpha, two pixels wider for the soft border."""
     import shapely
     from skimage import measure
 
@@ -153,7 +153,7 @@ def valid_ring(ring: NDArray, count: int) -> NDArray:
 
 
 def _denser(outlines: NDArray, count: int) -> NDArray:
-    """Corresponding outlines (K, B, 2) with each step cut alike, about `count` points, the given ones kept."""
+    """Corresponding outlines (K, B, 2) with every step cut alike, to about `count` points."""
     parts = max(1, round(count / outlines.shape[1]))
     s = np.arange(parts)[:, None] / parts
     after = np.roll(outlines, -1, axis=1)
@@ -173,7 +173,7 @@ def _area(outline: NDArray) -> float:
 
 
 def _sizes(image: NDArray) -> tuple[NDArray, ...]:
-    """The picture premultiplied, then halved until it is small: shrinking it on the stage then does not flicker."""
+    """The picture premultiplied, then halved until it is small, so that a small one does not flicker."""
     import cv2
 
     pixels = image.astype(np.float32) / 255

@@ -231,7 +231,7 @@ def _color(text: str, opacity: float) -> NDArray | None:
 def _gradient(
     element: Any, points: NDArray, place: NDArray, gradients: dict[str, Any], opacity: float, notes: list[str]
 ) -> Paint:
-    """A gradient laid onto a shape of control points (N, 2) whose user units `place` brings to the drawing."""
+    """A gradient on a shape of control points (N, 2) in units that `place` brings to the drawing."""
     from svgelements import Matrix
 
     chain = [element]

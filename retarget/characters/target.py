@@ -23,7 +23,7 @@ class Target(Protocol):
     pivot: NDArray | None  # (2,) in key 0; None takes the source's
 
     def shapes(self, rows: NDArray) -> NDArray:
-        """All the points it needs (D, M, 2) for rows (D, 3), by its own rule; the mesh's N points come first."""
+        """All its points (D, M, 2) for rows (D, 3), drawn by its own rule; the mesh's N come first."""
         ...
 
     def posed(self, points: NDArray, weights: NDArray, scale: float) -> list[Any]:

@@ -10,8 +10,8 @@ from capture.motion.tracks import CartoonMotion, Track
 def write_csv(motion: CartoonMotion, path: str | Path) -> None:
     """One row for every frame and part: its affine map, its weights folded onto keys, and how well they fit.
 
-    The columns a1 a2 a3 a4 dx dy are v = A x + D (Bregler 2002, eq. 1) with A = [[a1, a2], [a3, a4]], x measured
-    from the part's pivot (pivot_x, pivot_y) in key 0 and v from the same place: a point p of the shape goes to
+    The columns a1 a2 a3 a4 dx dy are v = A x + D (Bregler 2002, eq. 1) with A = [[a1, a2], [a3, a4]], both x
+    and v measured from the part's pivot (pivot_x, pivot_y) in key 0: a point p of the shape goes to
     pivot + A (p - pivot) + D, and then on through the parent part's map.  Parts have their own keys, so a
     column w_<key> is empty for a part without that key.
     """

@@ -63,7 +63,7 @@ def draw_things(
 
 
 def _background_at(background: Any, t: int) -> Any:
-    """The background of frame t: one for all, or the frame of a sequence (its last one when it is shorter)."""
+    """The background of frame t: one for all, or that frame of a sequence (its last when it is shorter)."""
     if background is None or isinstance(background, str) or np.ndim(background[0]) == 0:
         return background
     if isinstance(background, np.ndarray) and background.ndim == 3:
@@ -244,7 +244,7 @@ def _radial(u: NDArray, v: NDArray, focus: NDArray) -> NDArray:
 
 
 def _lay(below: NDArray, color: NDArray, alpha: NDArray) -> None:
-    """Lay straight colours (h, w, 3) of alpha (h, w) over pixels (h, w, 4) uint8 of straight alpha, in place."""
+    """Lay colours (h, w, 3) of alpha (h, w) over uint8 pixels (h, w, 4), in place; both of straight alpha."""
     under = below[..., 3] / 255.0
     total = alpha + under * (1 - alpha)
     share = (alpha / np.maximum(total, 1e-9))[..., None]

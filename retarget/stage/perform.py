@@ -90,7 +90,7 @@ def _role(
 
 
 def placement(motion: CartoonMotion, target: Target) -> NDArray:
-    """The similarity (2, 3) that stands the target's key 0 where the source's stands: as tall, on the same ground."""
+    """The similarity (2, 3) that stands the target's key 0 on the source's: as tall, on the same ground."""
     here, there = target.box, _box(motion, target.part)
     # a source as flat as a line has no height to go by
     axis = 1 if there[1, 1] - there[0, 1] > 1e-3 * (there[1, 0] - there[0, 0]) else 0

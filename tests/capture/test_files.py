@@ -90,7 +90,7 @@ def test_a_full_disk_is_an_input_error_and_other_faults_are_not(tmp_path, contex
     with pytest.raises(InputError, match="full"), context(tmp_path / "a"):
         raise OSError(errno.ENOSPC, "No space left on device")
     with pytest.raises(FileNotFoundError), context(tmp_path / "a"):
-        open(tmp_path / "not there")
+        (tmp_path / "not there").read_bytes()
     assert contents(tmp_path) == {}
 
 

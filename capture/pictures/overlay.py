@@ -1,0 +1,162 @@
+"""Proof pictures: what was captured, drawn over the clip, and how well it fits over time.
+
+A frame shows the tracked outline and its points, the grid of the affine map (Bregler 2002, figure 3) and the
+key weights as small bars, to the left of their line where they are negative.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.errors import InputError
+from capture.motion import affine
+from capture.motion.tracks import CartoonMotion, total_affine
+
+COLORS = ((228, 46, 46), (30, 110, 235), (236, 140, 10), (140, 60, 205), (10, 150, 140), (200, 50, 130))
+CELLS = 6  # of the affine grid, across
+BAR, ROW = 56, 12  # pixels of weight 1, and height of a bar's row
+SHIFT = 4  # fractional bits of OpenCV's drawing positions
+
+
+def draw_over(frames: Iterable[NDArray], motion: CartoonMotion) -> Iterator[NDArray]:
+    """The frames of a clip (H, W, 3 | 4) with the captured motion drawn over each: RGB uint8 (H, W, 3)."""
+    outlines = [motion.outline(track.part) for track in motion.tracks]
+    grids = [_grid(motion, track.part) for track in motion.tracks]
+    weights = [track.key_weights() for track in motion.tracks]
+    count = 0
+    for t, frame in enumerate(frames):
+        if t >= len(motion.times):
+            raise InputError(f"the clip must have as many frames as the motion, {len(motion.times)}, it has more")
+        picture = np.array(frame[..., :3])  # a copy: the clip keeps its frames
+        for number, track in enumerate(motion.tracks):
+            color = COLORS[number % len(COLORS)] if track.visible[t] else (128, 128, 128)
+            _lines(picture, grids[number][t], color, 0.35)
+            _outline(picture, outlines[number][t], color)
+        for number, track in enumerate(motion.tracks):
+            if len(track.keys) > 1:
+                _bars(picture, track.keys, weights[number][t], COLORS[number % len(COLORS)], number)
+        worst = max(motion.tracks, key=lambda track: track.residual[t])
+        held = " held" if all(track.held[t] for track in motion.tracks) else ""
+        lost = " LOST" if not all(track.visible[t] for track in motion.tracks) else ""
+        _label(picture, f"{t}  {worst.residual[t]:.1f} px{held}{lost}", (8, picture.shape[0] - 10))
+        count += 1
+        yield picture
+    if count < len(motion.times):
+        raise InputError(
+            f"the clip must have as many frames as the motion, {len(motion.times)}, it has {count}: give the shot that "
+            "the motion was captured with"
+        )
+
+
+def residual_plot(motion: CartoonMotion, path: str | Path, worst: int = 3) -> list[int]:
+    """Plot every part's misfit over the frames into a PNG; the worst frames are named in it and returned."""
+    from matplotlib.figure import Figure
+
+    from capture.files import written_beside
+
+    total = np.max([track.residual for track in motion.tracks], axis=0)
+    named = [int(t) for t in _peaks(total)[:worst]]
+    figure = Figure(figsize=(9, 3), layout="constrained")
+    axes = figure.add_subplot()
+    for number, track in enumerate(motion.tracks):
+        color = tuple(channel / 255 for channel in COLORS[number % len(COLORS)])
+        axes.plot(track.residual, color=color, label=track.part, linewidth=1.4)
+        lost = np.flatnonzero(~track.visible)
+        axes.plot(lost, track.residual[lost], "x", color=color)
+    for t in named:
+        axes.annotate(f"frame {t}", (t, total[t]), (0, 5), textcoords="offset points", ha="center", fontsize=8)
+    axes.set(xlabel="frame", ylabel="misfit (px)", ylim=(0, max(1.2 * float(total.max()), 0.5)))
+    axes.legend(loc="upper right", fontsize=8, frameon=False)
+    axes.spines[["top", "right"]].set_visible(False)
+    with written_beside(path) as temporary:
+        figure.savefig(temporary, dpi=120, format="png")
+    return named
+
+
+def side_by_side(rows: Iterable[Sequence[NDArray]], height: int | None = None) -> Iterator[NDArray]:
+    """Pictures of equal height put next to each other, frame by frame: RGB uint8."""
+    for pictures in rows:
+        tall = height or pictures[0].shape[0]
+        yield np.concatenate([_scaled(picture, tall) for picture in pictures], axis=1)
+
+
+def contact_sheet(pictures: Sequence[NDArray], columns: int = 4, width: int = 480) -> NDArray:
+    """Pictures in rows, each scaled to `width` pixels: one RGB uint8 picture to look at."""
+    tall = round(pictures[0].shape[0] * width / pictures[0].shape[1])
+    tiles = [cv2.resize(picture[..., :3], (width, tall), interpolation=cv2.INTER_AREA) for picture in pictures]
+    tiles += [np.full_like(tiles[0], 255)] * (-len(tiles) % columns)
+    rows = [np.concatenate(tiles[start : start + columns], axis=1) for start in range(0, len(tiles), columns)]
+    return np.concatenate(rows)
+
+
+def _grid(motion: CartoonMotion, part: str) -> NDArray:
+    """Lines (T, 2 (CELLS + 1), CELLS + 1, 2) of a square grid round key 0, moved by the part's map."""
+    keyset = motion.keyset(part)
+    outline = keyset.points[0, keyset.outline]
+    middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
+    reach = 0.55 * np.ptp(outline, axis=0).max()
+    ticks = np.linspace(-reach, reach, CELLS + 1)
+    across = np.stack(np.meshgrid(ticks, ticks), -1) + middle
+    lines = np.concatenate([across, across.swapaxes(0, 1)])
+    maps = total_affine(motion, part)
+    return affine.apply(maps, lines.reshape(-1, 2)).reshape(len(maps), *lines.shape)
+
+
+def _lines(picture: NDArray, lines: NDArray, color: tuple[int, int, int], strength: float) -> None:
+    """Draw polylines (n, m, 2), mixed into the picture by `strength`."""
+    over = picture.copy()
+    cv2.polylines(over, list(_fixed(lines)), False, color, 1, cv2.LINE_AA, SHIFT)
+    cv2.addWeighted(over, strength, picture, 1 - strength, 0, picture)
+
+
+def _outline(picture: NDArray, points: NDArray, color: tuple[int, int, int]) -> None:
+    cv2.polylines(picture, [_fixed(points)], True, (255, 255, 255), 3, cv2.LINE_AA, SHIFT)
+    cv2.polylines(picture, [_fixed(points)], True, color, 2, cv2.LINE_AA, SHIFT)
+    every = max(1, len(points) // 40)
+    for point in _fixed(points[::every]):
+        cv2.circle(picture, tuple(int(v) for v in point), 3 << SHIFT, (255, 255, 255), -1, cv2.LINE_AA, SHIFT)
+        cv2.circle(picture, tuple(int(v) for v in point), 2 << SHIFT, color, -1, cv2.LINE_AA, SHIFT)
+
+
+def _bars(
+    picture: NDArray, names: Sequence[str], weights: NDArray, color: tuple[int, int, int], number: int
+) -> None:
+    """A row for every key: its name, a line at 0, and a bar as long as its weight."""
+    left, top = 8 + number * (BAR + 110), 8
+    zero = left + 74 + BAR // 4
+    panel = picture[top : top + ROW * len(names) + 6, left : zero + BAR + 22]
+    panel[:] = (0.25 * panel + 0.75 * 255).astype(np.uint8)
+    for row, (name, weight) in enumerate(zip(names, weights)):
+        y = top + 3 + row * ROW
+        cv2.putText(picture, name[:11], (left + 3, y + 9), cv2.FONT_HERSHEY_SIMPLEX, 0.33, (40, 40, 40), 1, cv2.LINE_AA)
+        end = zero + round(float(np.clip(weight, -0.35, 1.35)) * BAR)
+        cv2.rectangle(picture, (min(zero, end), y + 2), (max(zero, end), y + ROW - 3), color, -1)
+        cv2.line(picture, (zero, y), (zero, y + ROW - 1), (40, 40, 40), 1)
+
+
+def _label(picture: NDArray, text: str, at: tuple[int, int]) -> None:
+    for color, thickness in (((255, 255, 255), 4), ((30, 30, 30), 1)):
+        cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, color, thickness, cv2.LINE_AA)
+
+
+def _fixed(points: NDArray) -> NDArray:
+    """Positions as OpenCV's fixed-point integers; far-off ones are held at a bound it can take."""
+    return np.round(np.clip(points, -8e3, 8e3) * 2**SHIFT).astype(np.int32)
+
+
+def _peaks(values: NDArray) -> NDArray:
+    """Frames that are worse than their neighbours, worst first."""
+    padded = np.pad(values, 1, constant_values=-np.inf)
+    peak = (values >= padded[:-2]) & (values > padded[2:])
+    order = np.argsort(-values, kind="stable")
+    return order[peak[order]]
+
+
+def _scaled(picture: NDArray, height: int) -> NDArray:
+    if picture.shape[0] == height:
+        return picture[..., :3]
+    width = round(picture.shape[1] * height / picture.shape[0])
+    return cv2.resize(picture[..., :3], (width, height), interpolation=cv2.INTER_AREA)

@@ -1,0 +1,282 @@
+"""The `tooncap` command: a subcommand is a function below, its flags are that function's arguments.
+
+Everything heavy is imported inside the functions, so that `tooncap --help` answers at once.
+"""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, CycloptsError, Parameter
+
+Out = Annotated[Path | None, Parameter(name=["--out", "-o"])]
+
+
+def demo(out: Annotated[Path, Parameter(name=["--out", "-o"])] = Path("demo")) -> str:
+    """Capture the built-in frog and let a bunny jump like it.
+
+    Parameters
+    ----------
+    out
+        The folder that takes the videos, the contact sheet and the data.
+    """
+    from retarget.demo import demo as run
+
+    return run(_folder(out))
+
+
+def fixtures(folder: Path) -> str:
+    """Write the synthetic cartoons, their truth, and the characters to retarget to.
+
+    Parameters
+    ----------
+    folder
+        Where they go; it is made if it is not there.
+    """
+    from capture.progress import progress
+    from fixtures import cartoons, write
+
+    folder = _folder(folder)
+    toons = cartoons.all_toons()
+    for name, draw in progress(toons.items(), "drawing", len(toons)):
+        write.write_toon(draw(), folder)
+        del name
+    drawings = write.write_characters(folder / "characters")
+    return f"{folder}: {len(toons)} cartoons with their shots and truth, {len(drawings)} drawings of characters"
+
+
+def capture(
+    source: Path,
+    out: Out = None,
+    *,
+    box: tuple[float, float, float, float] | None = None,
+    color: str | None = None,
+    frame: int | None = None,
+    name: str = "character",
+    start: int = 0,
+    stop: int | None = None,
+    fps: float | None = None,
+    tile: tuple[int, int] | None = None,
+) -> str:
+    """Capture the motion of a shot, or straight of a clip with --box or --color.
+
+    Parameters
+    ----------
+    source
+        A *.shot.toml, or a clip: mp4, mkv, webm, gif, apng, webp, a folder of pictures, a sprite sheet.
+    out
+        The motion file; NAME.motion.json beside you if not given.
+    box
+        X Y WIDTH HEIGHT of a box drawn round the layer, in pixels.
+    color
+        The layer's main colour, such as "#3a7f2c".
+    frame
+        The frame that box or colour are seen in; the first if not given.
+    name
+        What to call the part.
+    start
+        The first frame to capture.
+    stop
+        The frame to stop before.
+    fps
+        Frames a second, for pictures that carry no time.
+    tile
+        WIDTH HEIGHT of a sprite sheet's tiles.
+    """
+    from capture.errors import InputError
+    from capture.fit import video
+    from capture.motion import tracks
+    from capture.pictures.shot import KeyDrawing, Part, Shot, read_shot, write_shot
+
+    if source.name.endswith(".toml"):
+        if any(value is not None for value in (box, color, frame, stop, fps, tile)) or start:
+            raise InputError(f"a shot file says itself what to capture: put box, colour and frames into {source}")
+        shot = read_shot(source)
+        out = out or Path(source.name.removesuffix(".toml").removesuffix(".shot") + ".motion.json")
+    else:
+        if box is None and color is None:
+            raise InputError(f"a clip needs --box or --color, to say what in {source} to capture; or give a shot file")
+        key = KeyDrawing("rest", start if frame is None else frame)
+        part = Part(name, (key,), box=box, color=None if color is None else _rgb(color))
+        shot = Shot(str(source), (part,), start, stop, fps, tile)
+        out = out or Path(source.stem + ".motion.json")
+    clip = _told(video.open_clip(shot))
+    motion = video.capture(shot, clip)
+    tracks.save(motion, out)
+    said = f"{out}: {tracks.summary(motion)}"
+    if not source.name.endswith(".toml"):
+        beside = out.with_name(out.name.removesuffix(".json").removesuffix(".motion") + ".shot.toml")
+        write_shot(shot, beside)
+        said += f"; the shot is in {beside}"
+    return said
+
+
+def overlay(shot: Path, motion: Path, out: Out = None) -> str:
+    """Draw the captured points, grid and weights over the clip, and plot the misfit over time.
+
+    Parameters
+    ----------
+    shot
+        The *.shot.toml that was captured.
+    motion
+        The *.motion.json that came of it.
+    out
+        The proof: mp4, webm, gif or a folder of PNG; the plot is put beside it as NAME.misfit.png.
+    """
+    from capture.fit import video
+    from capture.motion import tracks
+    from capture.pictures import overlay as proof
+    from capture.pictures.encode import write_clip
+    from capture.pictures.shot import read_shot
+    from capture.progress import progress
+
+    captured = tracks.load(motion)
+    clip = _told(video.open_clip(read_shot(shot)))
+    out = out or Path(motion.name.removesuffix(".json").removesuffix(".motion") + ".proof.mp4")
+    frames = progress(proof.draw_over(clip, captured), "overlay", len(clip))
+    count = write_clip(out, frames, captured.fps, captured.times)
+    worst = proof.residual_plot(captured, out.with_name(out.stem + ".misfit.png"))
+    return f"{out}: {count} frames, worst at {', '.join(f'frame {t}' for t in worst)}"
+
+
+def retarget(
+    motion: Path,
+    out: Out = None,
+    *,
+    cast: Path | None = None,
+    drawing: tuple[Path, ...] = (),
+    background: str | None = None,
+    size: int | None = None,
+) -> str:
+    """Lend a captured motion to new drawings.
+
+    Parameters
+    ----------
+    motion
+        The *.motion.json that was captured.
+    out
+        What to make: .mp4, .webm (with alpha), .gif, a folder of PNG, or .csv for the curves.
+    cast
+        A *.cast.toml that says which drawing plays which key of which part.
+    drawing
+        Instead of a cast: SVG or PNG files whose names end in the key's name, or a folder of them.
+    background
+        A colour or a picture behind the character; transparent if not given, white in an mp4.
+    size
+        Width in pixels of what is made; the source's own if not given.
+    """
+    from capture.errors import InputError
+    from capture.motion import tracks
+    from capture.pictures.encode import write_clip
+    from capture.progress import progress
+    from retarget.characters import cast as casting
+    from retarget.export.tables import write_csv
+    from retarget.stage import draw2d
+    from retarget.stage.perform import perform
+
+    captured = tracks.load(motion)
+    out = out or Path(motion.name.removesuffix(".json").removesuffix(".motion") + ".retarget.mp4")
+    if out.suffix == ".csv":
+        write_csv(captured, out)
+        return f"{out}: {tracks.summary(captured)}"
+    if (cast is None) == (not drawing):
+        raise InputError("a retarget needs either --cast FILE or --drawing FILES, to say who plays")
+    chosen = casting.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
+    performance = perform(captured, casting.targets(chosen, captured))
+    behind = casting.backdrop(chosen) if background is None else _background(background)
+    frames = draw2d.draw_frames(performance, behind, size)
+    count = write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
+    parts = ", ".join(part.name for part in chosen.parts)
+    return f"{out}: {count} frames at {captured.fps:.4g} a second, new drawings play {parts}"
+
+
+COMMANDS: tuple[Callable[..., str], ...] = (demo, fixtures, capture, overlay, retarget)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; 0 when it worked, 2 with one sentence when something given could not be used."""
+    app = App(
+        name="tooncap",
+        help="Capture the motion of a cartoon and lend it to another drawing.",
+        version_flags=["--version"],
+        default_parameter=Parameter(negative=()),
+    )
+    for command in COMMANDS:
+        app.command(command)
+    from capture.errors import InputError
+
+    try:
+        _not_shadowed()
+        said = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+    except (InputError, CycloptsError) as error:
+        print(f"tooncap: {_one_line(error)}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("tooncap: interrupted; nothing half-written is left", file=sys.stderr)
+        return 130
+    if said:
+        print(said)
+    return 0
+
+
+def _not_shadowed() -> None:
+    """Refuse to run with another project's package in the place of ours: PyPI has a `capture` and a `mocap`."""
+    from importlib.util import find_spec
+
+    from capture.errors import InputError
+
+    home = Path(__file__).resolve().parents[1]
+    for name in ("capture", "mocap", "fixtures"):
+        spec = find_spec(name)
+        if spec is None or spec.origin is None or Path(spec.origin).resolve().parents[1] != home:
+            where = "nowhere" if spec is None else spec.origin
+            raise InputError(
+                f"tooncap's own package {name!r} must be the one that is imported, Python finds {where}: uninstall "
+                f"the other project named {name!r}, or install tooncap in an environment of its own"
+            )
+
+
+def _told(clip: "object") -> "object":
+    """The clip, after saying what a user should know of it."""
+    for note in clip.notes:
+        print(f"tooncap: {note}", file=sys.stderr)
+    return clip
+
+
+def _folder(folder: Path) -> Path:
+    """The folder, made if its parent is there."""
+    from capture.errors import InputError
+
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: the output folder cannot be made ({error.strerror}); choose another") from None
+    return folder
+
+
+def _rgb(text: str) -> tuple[int, int, int]:
+    from matplotlib.colors import to_rgb
+
+    from capture.errors import InputError
+
+    try:
+        red, green, blue = (round(255 * channel) for channel in to_rgb(text))
+    except ValueError:
+        raise InputError(f'a colour must be a name or such as "#3a7f2c", got {text!r}') from None
+    return red, green, blue
+
+
+def _background(text: str) -> "object":
+    """A colour's name as it is, or the picture of that file."""
+    from retarget.characters.picture import read_image
+
+    return read_image(text) if Path(text).suffix.lower() in (".png", ".jpg", ".jpeg", ".webp") else text
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,104 @@
+"""A motion and a drawing made by hand; tests get these functions through the fixture `by_hand`."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from capture.motion import keys
+from capture.motion.tracks import CartoonMotion, Track
+
+NAMES = ("sit", "lean")
+
+
+def lean(points, by):
+    """Shift points (..., 2) sideways by the square of their height over y = 200: no affine map does."""
+    points = np.asarray(points, float)
+    return points + np.stack([by * ((200 - points[..., 1]) / 100) ** 2, 0 * points[..., 1]], axis=-1)
+
+
+def egg(count=48):
+    """An outline (B, 2) that stands on (160, 200), 100 tall and 80 wide."""
+    angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    return np.stack([160 + 40 * np.sin(angle), 150 - 50 * np.cos(angle)], axis=-1)
+
+
+def make_motion(affine, weights, names=NAMES, part="egg", **changes):
+    """A motion of one egg-shaped part with given maps (T, 2, 3) and weights over rows (T, at most D)."""
+    outlines = np.stack([lean(egg(), 40.0 * k) for k in range(len(names))])
+    source = keys.keyset(names, outlines)
+    count = len(affine)
+    known = np.zeros((count, len(source.rows)))
+    weights = np.asarray(weights, float)
+    known[:, : weights.shape[1]] = weights
+    fields = {
+        "part": part,
+        "parent": "",
+        "pivot": np.array([160.0, 190.0]),
+        "keys": names,
+        "rows": source.rows,
+        "affine": np.asarray(affine, float),
+        "weights": known,
+        "residual": np.zeros(count),
+        "visible": np.ones(count, bool),
+        "held": np.zeros(count, bool),
+        "order": np.zeros(count, int),
+    }
+    track = Track(**{**fields, **changes})
+    return CartoonMotion((track,), (source,), np.arange(count) / 24, 24.0, (320, 240))
+
+
+def still(frames=1):
+    """Maps (T, 2, 3) that move nothing."""
+    return np.tile(np.eye(2, 3), (frames, 1, 1))
+
+
+def tumble(frames):
+    """Maps (T, 2, 3) that turn, squash and travel."""
+    maps = []
+    for t in np.linspace(0, 1, frames):
+        c, s = np.cos(3 * t), np.sin(3 * t)
+        linear = np.array([[c, -s], [s, c]]) @ np.diag([1 + 0.3 * t, 1 - 0.2 * t])
+        maps.append(np.column_stack([linear, [40 * t, -30 * np.sin(3 * t)]]))
+    return np.array(maps)
+
+
+def worm_svg(by=0.0, stripe="#a03030", extra=""):
+    """A standing worm as SVG: body with outline, stripe, ring with a hole, mouth, cheek with a gradient."""
+
+    def curve(*points):
+        return " ".join(f"{x:.9f},{y:.9f}" for x, y in lean(points, by))
+
+    body = f"M{curve((140, 200))} C{curve((120, 160), (130, 100), (160, 100))} "
+    body += f"C{curve((190, 100), (200, 160), (180, 200))} Z"
+    stripe_path = f"M{curve((134, 160))} L{curve((186, 160))} L{curve((184, 175))} L{curve((136, 175))} Z"
+    outer = f"M{curve((150, 120))} L{curve((170, 120))} L{curve((170, 140))} L{curve((150, 140))} Z"
+    inner = f"M{curve((155, 125))} L{curve((165, 125))} L{curve((165, 135))} L{curve((155, 135))} Z"
+    mouth = f"M{curve((145, 150))} Q{curve((160, 158), (175, 150))}"
+    cheek = f"M{curve((150, 182))} L{curve((170, 182))} L{curve((170, 194))} L{curve((150, 194))} Z"
+    return f"""<svg xmlns="http://www.w3.org/2000/svg" width="320" height="240" viewBox="0 0 320 240">
+    <defs><linearGradient id="warm"><stop offset="0" stop-color="#ff0000"/>
+    <stop offset="1" stop-color="#ffff00"/></linearGradient></defs>
+    <path id="body" d="{body}" fill="#80c060" stroke="black" stroke-width="3" stroke-linejoin="round"/>
+    <path id="stripe" d="{stripe_path}" fill="{stripe}"/>
+    <path id="ring" d="{outer} {inner}" fill="#203080" fill-rule="evenodd"/>
+    <path id="mouth" d="{mouth}" fill="none" stroke="black" stroke-width="2" stroke-linecap="round"/>
+    <path id="cheek" d="{cheek}" fill="url(#warm)"/>{extra}</svg>"""
+
+
+@pytest.fixture(scope="session")
+def by_hand():
+    return SimpleNamespace(
+        lean=lean, egg=egg, motion=make_motion, still=still, tumble=tumble, worm_svg=worm_svg, names=NAMES
+    )
+
+
+@pytest.fixture
+def worm(tmp_path):
+    """The files of a worm with the egg's two keys."""
+    files = []
+    for name, by in zip(NAMES, (0.0, 60.0), strict=True):
+        file = tmp_path / f"worm_{name}.svg"
+        file.write_text(worm_svg(by), encoding="utf-8")
+        files.append(file)
+    return files

@@ -1,0 +1,179 @@
+"""Casts: written, read, made from file names, and refused in one sentence."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from capture.errors import InputError
+from retarget.characters.cast import (
+    Cast,
+    CastKey,
+    CastPart,
+    backdrop,
+    cast_of,
+    read_cast,
+    targets,
+    write_cast,
+)
+from retarget.stage.perform import perform
+
+
+@pytest.fixture
+def motion(by_hand):
+    return by_hand.motion(by_hand.tumble(2), np.eye(2))
+
+
+def two_parts(by_hand):
+    egg = by_hand.motion(by_hand.still(), [[1.0]])
+    lid = by_hand.motion(by_hand.still(), [[1.0]], names=("sit",), part="lid")
+    return replace(egg, tracks=egg.tracks + lid.tracks, keysets=egg.keysets + lid.keysets)
+
+
+def test_a_cast_read_back_is_the_cast(tmp_path):
+    outline = ((1.5, 2.0), (3.0, 4.0), (0.1, 9.0))
+    keys = (CastKey("sit", "a b.png", outline), CastKey("lean", 'qu"ote\\é.png', outline))
+    parts = (
+        CastPart("egg", keys, between="straight", height=1.25, pivot=(3.0, 0.1)),
+        CastPart("lid", (), "lid.svg"),
+    )
+    cast = Cast(parts, "white", tmp_path)
+    write_cast(cast, tmp_path / "egg.cast.toml")
+    assert read_cast(tmp_path / "egg.cast.toml") == cast
+
+
+def test_a_cast_written_elsewhere_names_the_same_files(tmp_path, worm, motion):
+    cast = cast_of(worm, motion)
+    cast = replace(cast, background=str(tmp_path / "sky.png"))
+    path = tmp_path / "deep" / "worm.cast.toml"
+    write_cast(cast, path)
+    again = read_cast(path)
+    assert [key.drawing for key in again.parts[0].keys] == ["../worm_sit.svg", "../worm_lean.svg"]
+    assert again.background == "../sky.png"
+    for one, other in zip(targets(again, motion), targets(cast, motion), strict=True):
+        np.testing.assert_array_equal(one.keys.points, other.keys.points)
+
+
+def test_keys_play_by_name_whatever_their_order_in_the_file(tmp_path, worm, motion):
+    (tmp_path / "worm.cast.toml").write_text(
+        '[[parts]]\nname = "egg"\nheight = 1\n'
+        '[[parts.keys]]\nname = "lean"\ndrawing = "worm_lean.svg"\n'
+        '[[parts.keys]]\nname = "sit"\ndrawing = "worm_sit.svg"\n'
+    )
+    (target,) = targets(read_cast(tmp_path / "worm.cast.toml"), motion)
+    (known,) = targets(cast_of(worm, motion), motion)
+    assert target.keys.names == ("sit", "lean")
+    np.testing.assert_array_equal(target.keys.points, known.keys.points)
+
+
+def test_a_folder_is_cast_by_the_ends_of_its_file_names(tmp_path, worm, motion, by_hand):
+    assert cast_of(tmp_path, motion) == cast_of([str(file) for file in worm], motion)
+    both = two_parts(by_hand)
+    for name in ("Worm-egg-sit.svg", "worm egg lean.svg", "worm_lid.svg"):
+        (tmp_path / "two").mkdir(exist_ok=True)
+        (tmp_path / "two" / name).write_text(by_hand.worm_svg(), encoding="utf-8")
+    cast = cast_of(tmp_path / "two", both)
+    assert [(part.name, [key.name for key in part.keys]) for part in cast.parts] == [
+        ("egg", ["sit", "lean"]),
+        ("lid", ["sit"]),
+    ]
+    assert len(perform(both, targets(cast, both)).posed(0)) == 10
+
+
+def test_one_drawing_plays_a_part_with_one_key_whatever_its_name(worm, by_hand):
+    motion = by_hand.motion(by_hand.still(), [[1.0]], names=("sit",))
+    (target,) = targets(cast_of(worm[1], motion), motion)
+    assert target.keys.names == ("sit",)
+
+
+def test_a_part_with_a_drawing_and_no_keys_keeps_its_shape(tmp_path, worm, motion):
+    (tmp_path / "c.cast.toml").write_text(
+        '[[parts]]\nname = "egg"\ndrawing = "worm_sit.svg"\npivot = [1, 2]\n'
+    )
+    (target,) = targets(read_cast(tmp_path / "c.cast.toml"), motion)
+    assert target.keys.names == ("rest",)
+    assert tuple(target.pivot) == (1, 2)
+    assert len(perform(motion, [target]).posed(1)) == 5
+
+
+def test_a_picture_given_to_the_part_serves_every_key_with_its_outline(tmp_path, motion):
+    Image.new("RGB", (60, 60)).save(tmp_path / "photo.jpg")
+    (tmp_path / "c.cast.toml").write_text(
+        '[[parts]]\nname = "egg"\ndrawing = "photo.jpg"\n'
+        '[[parts.keys]]\nname = "sit"\noutline = [[5, 5], [50, 5], [50, 50], [5, 50]]\n'
+        '[[parts.keys]]\nname = "lean"\noutline = [[9, 5], [58, 5], [50, 50], [5, 50]]\n'
+    )
+    (target,) = targets(read_cast(tmp_path / "c.cast.toml"), motion)
+    assert len(target.layers) == 1 and target.keys.names == ("sit", "lean")
+
+
+def test_a_background_is_a_colour_or_a_picture_beside_the_cast(tmp_path):
+    Image.new("RGB", (4, 3), (9, 8, 7)).save(tmp_path / "sky.png")
+    assert backdrop(Cast()) is None
+    assert backdrop(Cast(background="#123456")) == "#123456"
+    assert backdrop(Cast(background="sky.png", folder=tmp_path)).shape == (3, 4, 4)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("parts = 3", "array"),
+        ("[[parts]]\n", "name"),
+        ('[[parts]]\nname = "egg"\n', "part 'egg' must have a drawing"),
+        (
+            '[[parts]]\nname = "egg"\n[[parts.keys]]\nname = "sit"\n',
+            "key 'sit' of part 'egg' must have a drawing",
+        ),
+        (
+            '[[parts]]\nname = "egg"\ndrawing = "a.svg"\nbetween = "round"\n',
+            "between must be one of rigid, straight",
+        ),
+        ('[[parts]]\nname = "egg"\ndrawing = "a.svg"\nheight = 0\n', "height must be above 0"),
+        ('[[parts]]\nname = "egg"\ndrawing = "a.svg"\nhight = 2\n', "'hight' is no field"),
+        ('[[parts]]\nname = "egg"\ndrawing = "a.svg"\npivot = [1]\n', "pivot"),
+        ("[[", "cast.toml"),
+    ],
+)
+def test_a_cast_with_a_slip_is_refused_by_name(tmp_path, text, said):
+    path = tmp_path / "odd.cast.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=said) as caught:
+        read_cast(path)
+    assert "odd.cast.toml" in str(caught.value)
+
+
+def test_a_missing_cast_and_missing_drawings_are_refused(tmp_path, motion):
+    with pytest.raises(InputError, match=r"no .*none\.cast\.toml"):
+        read_cast(tmp_path / "none.cast.toml")
+    with pytest.raises(InputError, match=r"gone\.svg"):
+        cast_of([tmp_path / "gone.svg"], motion)
+    cast = Cast((CastPart("egg", (), "gone.svg"),), folder=tmp_path)
+    with pytest.raises(InputError, match=r"gone\.svg"):
+        targets(cast, motion)
+
+
+def test_keys_that_do_not_match_the_motions_are_refused(worm, motion):
+    keys = (CastKey("sit", str(worm[0])), CastKey("jump", str(worm[1])))
+    with pytest.raises(
+        InputError, match="part 'egg': the motion uses keys sit, lean, the target has sit, jump"
+    ):
+        targets(Cast((CastPart("egg", keys),)), motion)
+    with pytest.raises(InputError, match="the target has sit:"):
+        targets(cast_of(worm[0], motion), motion)
+
+
+def test_unknown_parts_names_and_kinds_are_refused(worm, motion, tmp_path):
+    with pytest.raises(InputError, match="no part 'tail'"):
+        targets(Cast((CastPart("tail", (), "a.svg"),)), motion)
+    (tmp_path / "worm_run.svg").write_text("")
+    with pytest.raises(InputError, match=r"worm_run\.svg ends in none of egg_sit, sit, egg_lean, lean"):
+        cast_of(tmp_path, motion)
+    (tmp_path / "other_sit.svg").write_text("")
+    with pytest.raises(InputError, match="both end in the name of key 'sit'"):
+        cast_of([*worm, tmp_path / "other_sit.svg"], motion)
+    with pytest.raises(InputError, match="must all be SVG"):
+        targets(Cast((CastPart("egg", (), "a.pdf"),)), motion)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="it has none"):
+        cast_of(tmp_path / "empty", motion)
