@@ -35,12 +35,13 @@ def triangulate(
         spacing = float(np.median(np.linalg.norm(np.diff(outlines[0][loop], axis=0), axis=1)))
         spacing = max(spacing, np.sqrt(polygon.area / 1500))  # a fine outline needs no fine inside
     inside = _hexagonal_lattice(polygon.buffer(-0.6 * spacing), spacing)
+    faces = _delaunay_inside(np.vstack([outlines[0], inside]), polygon)
     for _ in range(rounds):
-        faces = _delaunay_inside(np.vstack([outlines[0], inside]), polygon)
         missing = _missing_edges(loop, faces)
         if not len(missing):
             break
         outlines, loop = _halve(outlines, loop, missing)
+        faces = _delaunay_inside(np.vstack([outlines[0], inside]), polygon)
     return outlines, loop, inside, faces
 
 

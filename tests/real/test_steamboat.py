@@ -18,6 +18,7 @@ from retarget.stage import draw2d
 from retarget.stage.perform import Performance, perform
 
 FIRST, STOP = 33, 108
+MASKED = 290  # the masks end at this row, the stack stands on the deck a few pixels lower
 
 
 @pytest.fixture(scope="module")
@@ -48,19 +49,17 @@ def test_the_stack_is_followed_through_smoke(data: Path, motion: CartoonMotion):
     assert overlaps[worst] > 0.8
 
 
-def test_the_bottle_is_as_tall_as_the_stack_in_every_clear_frame(data: Path, bottle: Performance):
-    ink = [_alpha_box(bottle, t - FIRST) for t in _clear_frames(data)]
-    stack = [_left_box(data, t) for t in _clear_frames(data)]
-    heights = np.array([[y1 - y0 for _, y0, _, y1 in boxes] for boxes in (ink, stack)])
-    off = np.abs(heights[0] - heights[1])
-    feet = np.array([[y1 for *_, y1 in boxes] for boxes in (ink, stack)])
+def test_the_bottle_rises_and_sinks_with_the_stack_and_stays_on_the_deck(data: Path, bottle: Performance):
+    ink = np.array([_box(draw2d.draw(bottle, t - FIRST)[..., 3] > 127) for t in _clear_frames(data)])
+    stack = np.array([_box(_mask(data, t)) for t in _clear_frames(data)])
+    off, foot = np.abs(ink[:, 1] - stack[:, 1]), ink[:, 3]
     print(
-        f"\nbottle: height off by median {np.median(off):.1f} px, worst {off.max():.1f} of {heights[1].max():.0f}; "
-        f"foot off by worst {np.abs(feet[0] - feet[1]).max():.1f} px"
+        f"\nbottle: its top is off the stack's by median {np.median(off):.1f} px, worst {off.max():.1f}, while that "
+        f"travels {np.ptp(stack[:, 1]):.0f} px; its foot stays within {np.ptp(foot):.1f} px"
     )
-    assert np.corrcoef(*heights)[0, 1] > 0.99
-    assert np.median(off) < 3
-    assert np.abs(feet[0] - feet[1]).max() < 5
+    assert np.corrcoef(ink[:, 1], stack[:, 1])[0, 1] > 0.995
+    assert np.median(off) <= 2
+    assert np.ptp(foot) <= 5
 
 
 def test_a_contact_sheet_is_left_to_look_at(clip: Clip, motion: CartoonMotion, bottle: Performance, sheets: Path):
@@ -93,15 +92,8 @@ def _mask(data: Path, frame: int) -> np.ndarray:
     return imread(data / "clips" / "steamboat_willie" / "masks" / f"{frame:04d}.png") == 100
 
 
-def _left_box(data: Path, frame: int) -> tuple[float, float, float, float]:
-    return _box(_mask(data, frame))
-
-
-def _alpha_box(performance: Performance, t: int) -> tuple[float, float, float, float]:
-    return _box(draw2d.draw(performance, t)[..., 3] > 127)
-
-
 def _box(mask: np.ndarray) -> tuple[float, float, float, float]:
+    """Least and greatest x and y of a mask, as x0, y0, x1, y1."""
     y, x = np.nonzero(mask)
     return x.min(), y.min(), x.max(), y.max()
 
@@ -109,4 +101,5 @@ def _box(mask: np.ndarray) -> tuple[float, float, float, float]:
 def _overlap(data: Path, motion: CartoonMotion, frame: int) -> float:
     outline = motion.outline("stack")[frame - FIRST]
     solid, mask = matte.fill(motion.size, outline) > 0, _mask(data, frame)
+    solid[MASKED:] = False
     return (solid & mask).sum() / (solid | mask).sum()
