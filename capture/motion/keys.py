@@ -66,6 +66,12 @@ def align(drawn: NDArray, outline: NDArray) -> tuple[NDArray, NDArray]:
     drawn = np.asarray(drawn, float)
     removed = affine.fit(drawn[0, outline], drawn[:, outline])
     removed[0] = affine.identity(drawn.shape[-1])
+    flat = np.flatnonzero(np.linalg.cond(removed[..., :-1]) > 1e8)
+    if len(flat):
+        raise InputError(
+            f"the outline of a key must not be squashed flat, that of key {flat[0]} (counted from 0) is a line or a point "
+            "against key 0: draw it again"
+        )
     return affine.apply(affine.invert(removed), drawn), removed
 
 

@@ -12,7 +12,7 @@ from capture.errors import InputError
 
 
 def triangulate(
-    outlines: NDArray, spacing: float | None = None, rounds: int = 8
+    outlines: NDArray, spacing: float | None = None, rounds: int = 20
 ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Mesh the first of K corresponding closed outlines (K, B, 2); every outline gets the same boundary points.
 
@@ -25,6 +25,7 @@ def triangulate(
 
     outlines = np.asarray(outlines, float)
     loop = np.arange(outlines.shape[1])
+    _check_points(outlines)
     polygon = shapely.Polygon(outlines[0])
     if not polygon.is_valid or polygon.area < 1e-9:
         raise InputError(
@@ -78,6 +79,19 @@ def locate(points: NDArray, mesh_points: NDArray, faces: NDArray) -> tuple[NDArr
         face[start : start + 512] = best
         shares[start : start + 512] = bary[np.arange(len(some)), best]
     return face, shares
+
+
+def _check_points(outlines: NDArray) -> None:
+    """Refuse points that are no numbers, and steps of no length: their two ends could not both be in a mesh."""
+    if not np.isfinite(outlines).all():
+        raise InputError("the points of an outline must be finite numbers, this one holds NaN or infinity: draw it again")
+    still = np.flatnonzero((outlines[0] == np.roll(outlines[0], -1, axis=0)).all(axis=1))
+    if len(still):
+        x, y = outlines[0, still[0]]
+        raise InputError(
+            f"neighbouring points of an outline must differ, ({x:g}, {y:g}) comes twice in a row: leave one of them out "
+            "(the last point joins the first by itself)"
+        )
 
 
 def _hexagonal_lattice(polygon, spacing: float) -> NDArray:  # noqa: ANN001 - shapely is imported late

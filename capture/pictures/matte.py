@@ -46,7 +46,7 @@ def learn(seeds: list[Seed], colors: int = 6) -> ColorModel:
     where it is, but a hole in the layer is lost.
     """
     inside = np.concatenate([seed.image[seed.inside > 0] for seed in seeds])[:, :3]
-    outside = np.concatenate([seed.image[_around(seed) > 0] for seed in seeds])[:, :3]
+    outside = np.concatenate([seed.image[seed.outside > 0] for seed in seeds])[:, :3]
     for name, pixels in (("inside", inside), ("outside", outside)):
         if len(pixels) < 16:
             raise InputError(
@@ -182,17 +182,6 @@ def _neighbours(cells: NDArray) -> NDArray:
     from scipy.ndimage import binary_dilation
 
     return binary_dilation(cells, np.ones((3, 3, 3)))
-
-
-def _around(seed: Seed) -> NDArray:
-    """The outside mask within one layer's size of the layer: what lies far off need not be told from it."""
-    rows, columns = np.nonzero(seed.inside)
-    if not len(rows):
-        return seed.outside
-    reach = max(int(max(np.ptp(rows), np.ptp(columns))), 32)
-    near = np.zeros_like(seed.outside)
-    near[max(rows.min() - reach, 0) : rows.max() + reach, max(columns.min() - reach, 0) : columns.max() + reach] = 1
-    return seed.outside * near
 
 
 def _bake(pixels: NDArray, colors: int) -> NDArray:

@@ -1,8 +1,8 @@
 """Vector drawings that play a part: an SVG for every key, posed as paths again (Bregler 2002, section 3.4.1).
 
-The drawing lies in a mesh of its silhouette.  The mesh is what keys and in-betweens are made of; it carries
-the drawing's control points, and what it leaves over in a key is added back, so that a frame with weight 1
-on a key redraws that key exactly.
+The drawing lies in a mesh of its silhouette (see `limbs`).  The mesh is what keys and in-betweens are made
+of; it carries the drawing's control points, and what it leaves over in a key is added back, so that a frame
+with weight 1 on a key redraws that key exactly.
 """
 
 from dataclasses import dataclass, replace
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine, arap, keys
 from capture.motion.keys import Inbetweener, KeySet
-from retarget.characters import paths
-from retarget.characters.embed import carried_mesh, embedding, silhouette_mesh, silhouette_of
+from retarget.characters import limbs, paths
+from retarget.characters.embed import silhouette_of
 from retarget.characters.paths import DrawnPath, Gradient, Paint
 from retarget.characters.svg import read_svg
 
@@ -36,10 +36,13 @@ class Drawing:
     between: Inbetweener = arap.inbetweens
     height: float = 1.0
     pivot: NDArray | None = None
+    joints: tuple[limbs.Joint, ...] = ()  # where limbs with a mesh of their own hang on the others
 
     def shapes(self, rows: NDArray) -> NDArray:
         """Mesh and control points (D, N + P, 2) for rows (D, 3); leftovers go straight from key to key."""
         mesh = keys.shapes(keys.with_rows(self.keys, rows), self.between)
+        gaps = limbs.gaps_at(self.keys.points, self.joints)
+        mesh = limbs.hang(mesh, self.joints, arap.straight_inbetweens(gaps, self.keys.faces, rows))
         controls = np.stack([self.carry @ shape for shape in mesh])
         controls += arap.straight_inbetweens(self.leftover, self.keys.faces, rows)
         return np.concatenate([mesh, controls], axis=1)
@@ -86,23 +89,21 @@ def drawing(
 ) -> Drawing:
     """A character from its drawn paths in each of K keys; control points correspond by their order."""
     _check_alike(versions, files or list(names))
-    silhouette = silhouette_of(versions[0])
-    step = np.sqrt(silhouette.area) / FACES_ACROSS
+    whole = silhouette_of(versions[0])
+    step = np.sqrt(whole.area) / FACES_ACROSS
     elements = [_evenly(of_keys, step) for of_keys in zip(*versions, strict=True)]  # per path its K versions
-    mesh, faces, outline = silhouette_mesh(silhouette, step)
+    found = limbs.limbs(elements, step)
+    drawn, faces, outline, joints = limbs.joined(found)
+    aligned, removed = keys.align(drawn, outline)
+    keyset = KeySet(tuple(names), aligned, faces, outline, keys.inbetween_rows(len(names)), removed)
     controls = np.stack(
         [np.concatenate([of_keys[k].points for of_keys in elements]) for k in range(len(names))]
     )
-    drawn = carried_mesh(mesh, faces, elements)
-    aligned, removed = keys.align(drawn, outline)
-    controls_aligned = affine.apply(affine.invert(removed), controls)
-    keyset = KeySet(tuple(names), aligned, faces, outline, keys.inbetween_rows(len(names)), removed)
-    carry = embedding(mesh, faces, controls[0])
-    leftover = controls_aligned - np.stack([carry @ shape for shape in aligned])
-    box = np.reshape(silhouette.bounds, (2, 2))
-    return Drawing(
-        part, keyset, box, carry, leftover, tuple(_gradients_at_home(one) for one in elements), between
-    )
+    carry = limbs.embedded(found, elements)
+    leftover = affine.apply(affine.invert(removed), controls) - np.stack([carry @ shape for shape in aligned])
+    home = tuple(_gradients_at_home(of_keys) for of_keys in elements)
+    box = np.reshape(whole.bounds, (2, 2))
+    return Drawing(part, keyset, box, carry, leftover, home, between, joints=joints)
 
 
 def outline_drawing(

@@ -56,7 +56,7 @@ def carried_mesh(mesh: NDArray, faces: NDArray, elements: list[list[DrawnPath]])
     The affine part of the way goes first and only the rest is as rigid as possible: a key that is an affine
     copy of key 0 then leaves nothing over when its affine map is taken out (eq. 5).
     """
-    curves = [np.concatenate([_samples(of_keys[k]) for of_keys in elements]) for k in range(len(elements[0]))]
+    curves = [np.concatenate([samples(of_keys[k]) for of_keys in elements]) for k in range(len(elements[0]))]
     if len(curves) == 1:
         return mesh[None]
     _, once = np.unique(np.round(np.hstack(curves), 6), axis=0, return_index=True)
@@ -69,7 +69,7 @@ def carried_mesh(mesh: NDArray, faces: NDArray, elements: list[list[DrawnPath]])
     return np.stack(drawn)
 
 
-def _samples(path: DrawnPath) -> NDArray:
+def samples(path: DrawnPath) -> NDArray:
     """The start and the middle (2 C, 2) of every curve of a path."""
     return paths.along(paths.pieces(path), (0.0, 0.5)).reshape(-1, 2)
 
