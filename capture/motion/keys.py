@@ -49,12 +49,12 @@ def keyset(names: tuple[str, ...], outlines: NDArray, inbetweens: int = 5, spaci
     rest = np.vstack([outlines[0], inside])
     handles = np.repeat(np.arange(boundary)[:, None], 3, axis=1)
     shares = np.tile([1.0, 0.0, 0.0], (boundary, 1))
-    drawn = [rest]
-    for outline in outlines[1:]:
+    aligned, removed = align(outlines, loop)  # first, or a key that is merely stretched would get another inside
+    points = [rest]
+    for outline in aligned[1:]:
         carried = arap.carry(rest, faces, handles, shares, outline)
-        drawn.append(np.vstack([outline, carried[boundary:]]))
-    points, removed = align(np.stack(drawn), loop)
-    return KeySet(tuple(names), points, faces, loop, inbetween_rows(len(names), inbetweens), removed)
+        points.append(np.vstack([outline, carried[boundary:]]))
+    return KeySet(tuple(names), np.stack(points), faces, loop, inbetween_rows(len(names), inbetweens), removed)
 
 
 def align(drawn: NDArray, outline: NDArray) -> tuple[NDArray, NDArray]:

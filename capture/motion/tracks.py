@@ -104,28 +104,57 @@ def total_affine(
 
 def check(motion: CartoonMotion) -> CartoonMotion:
     """Refuse a motion whose arrays do not belong together; returns it unchanged."""
-    frames = len(motion.times)
+    parts = [track.part for track in motion.tracks]
+    if not parts or len(set(parts)) < len(parts) or len(motion.keysets) != len(parts):
+        raise InputError(
+            "a motion must have a track and a key set for each of its parts, this one has tracks for "
+            f"{', '.join(parts) or 'no part'} and {len(motion.keysets)} key sets: capture it again"
+        )
+    times = motion.times
+    if not (times.ndim == 1 and len(times) and np.isfinite(times).all() and (np.diff(times) > 0).all()):
+        raise InputError("a motion must have frames, and their times must be finite and rise: capture it again")
+    if not (0 < motion.fps < np.inf and min(motion.size) > 0):
+        raise InputError(f"a motion must have a frame rate and a size above 0, got {motion.fps} and {motion.size}")
     for track, keyset in zip(motion.tracks, motion.keysets, strict=True):
-        d = len(track.pivot)
-        expected = {
-            "affine": (frames, d, d + 1),
-            "weights": (frames, len(track.rows)),
-            "rows": (len(track.rows), 3),
-            **dict.fromkeys(("residual", "visible", "held", "order"), (frames,)),
-        }
-        for name, shape in expected.items():
-            array = getattr(track, name)
-            if array.shape != shape:
-                raise InputError(f"part {track.part!r}: {name} must have shape {shape}, it came with {array.shape}")
-            if not np.isfinite(array).all():
-                raise InputError(f"part {track.part!r}: {name} must be finite numbers, it holds NaN or infinity")
-        if not np.allclose(track.weights.sum(axis=1), 1, atol=1e-6):
-            raise InputError(f"part {track.part!r}: the weights of a frame must sum to 1, capture it again")
-        if track.keys != keyset.names or len(keyset.points) != len(track.keys):
-            raise InputError(f"part {track.part!r}: track keys {track.keys} are not the key set's {keyset.names}")
-        if track.parent:
-            motion.track(track.parent)
+        _check_part(track, keyset, len(times))
+    for part in parts:
+        total_affine(motion, part)  # refuses parents that are not there, or go round in a circle
     return motion
+
+
+def _check_part(track: Track, keyset: KeySet, frames: int) -> None:
+    points, d = keyset.points.shape[1:]
+    count = len(track.keys)
+    if track.keys != keyset.names:
+        raise InputError(f"part {track.part!r}: track keys {track.keys} are not the key set's {keyset.names}")
+    expected: list[tuple[Track | KeySet, str, tuple[int, ...]]] = [
+        (track, "pivot", (d,)),
+        (track, "rows", (len(track.rows), 3)),
+        (track, "affine", (frames, d, d + 1)),
+        (track, "weights", (frames, len(track.rows))),
+        *((track, name, (frames,)) for name in ("residual", "visible", "held", "order")),
+        (keyset, "points", (count, points, d)),
+        (keyset, "rows", (len(keyset.rows), 3)),
+        (keyset, "removed", (count, d, d + 1)),
+        (keyset, "faces", (len(keyset.faces), 3)),
+        (keyset, "outline", (len(keyset.outline),)),
+    ]
+    for owner, name, shape in expected:
+        array = getattr(owner, name)
+        if array.shape != shape:
+            raise InputError(f"part {track.part!r}: {name} must have shape {shape}, it came with {array.shape}")
+        if not np.isfinite(array).all():
+            raise InputError(f"part {track.part!r}: {name} must be finite numbers, it holds NaN or infinity")
+    if not np.allclose(track.weights.sum(axis=1), 1, atol=1e-6):
+        raise InputError(f"part {track.part!r}: the weights of a frame must sum to 1, capture it again")
+    for name, numbers, stop in (
+        ("rows", track.rows[:, :2], count),
+        ("rows", keyset.rows[:, :2], count),
+        ("faces", keyset.faces, points),
+        ("outline", keyset.outline, points),
+    ):
+        if not np.isin(numbers, np.arange(stop)).all():
+            raise InputError(f"part {track.part!r}: {name} must number what is there, 0 to {stop - 1}, capture it again")
 
 
 def save(motion: CartoonMotion, path: str | Path) -> None:
@@ -145,7 +174,7 @@ def load(path: str | Path) -> CartoonMotion:
         stored = msgspec.json.decode(path.read_bytes())
     except FileNotFoundError:
         raise InputError(f"a motion file must exist: there is no {path}") from None
-    except (OSError, msgspec.DecodeError) as error:
+    except (OSError, UnicodeDecodeError, RecursionError, msgspec.DecodeError) as error:
         raise InputError(f"{path} must be a *.motion.json written by tooncap, it cannot be read: {error}") from None
     if not isinstance(stored, dict) or stored.get("tooncap") != "motion":
         raise InputError(f'{path} must be a *.motion.json written by tooncap: it lacks "tooncap": "motion"')
@@ -155,7 +184,7 @@ def load(path: str | Path) -> CartoonMotion:
         return check(_from_stored(stored))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (LookupError, TypeError, ValueError, OverflowError) as error:
         raise InputError(
             f"{path}: a field of the motion file is missing or of the wrong kind ({error!r}); capture it again"
         ) from None
@@ -231,12 +260,21 @@ def _read(kind: type, item: dict[str, Any]) -> Any:
     for field in fields(kind):
         value = item[field.name]
         if field.name in ("part", "parent"):
-            values[field.name] = str(value)
+            values[field.name] = _text(value)
         elif field.name in ("keys", "names"):
-            values[field.name] = tuple(str(name) for name in value)
+            values[field.name] = tuple(_text(name) for name in value)
         else:
-            values[field.name] = np.array(value, _INTEGERS.get(field.name, float))
+            wanted, array = _INTEGERS.get(field.name, float), np.array(value)
+            if array.size and not np.can_cast(array.dtype, wanted):
+                raise TypeError(f"{field.name} must hold {wanted.__name__} values")
+            values[field.name] = array.astype(wanted)
     return kind(**values)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{value!r} must be text")
+    return value
 
 
 def trim(motion: CartoonMotion, start: int, stop: int) -> CartoonMotion:

@@ -3,6 +3,7 @@
 Frame numbers are the clip's own, counted from 0; points are pixels of that frame.
 """
 
+import json
 import tomllib
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -72,12 +73,12 @@ def read_shot(path: str | Path) -> Shot:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise InputError(f"a shot file must exist: there is no {path}") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, UnicodeDecodeError, RecursionError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"{path} must be a shot file in TOML, it cannot be read: {error}") from None
     if "clip" in values:
         values["clip"] = str(path.parent / str(values["clip"]))
     try:
-        return check(msgspec.convert(_without_unknown(values, path), Shot))
+        return check(msgspec.convert(_without_unknown(values), Shot))
     except msgspec.ValidationError as error:
         raise InputError(f"{path}: {str(error)[:1].lower()}{str(error)[1:]}") from None
     except InputError as error:
@@ -119,6 +120,10 @@ def check(shot: Shot) -> Shot:
     for part in shot.parts:
         if part.parent and part.parent not in names:
             raise InputError(f"part {part.name!r} hangs on {part.parent!r}, which is none of {', '.join(names)}")
+        if part.name in _above(part, shot):
+            raise InputError(f"part {part.name!r} must not hang on itself, by way of its parents it does")
+        if not np.isfinite([*(part.pivot or ()), *(part.box or ()), *_coordinates(part)]).all():
+            raise InputError(f"part {part.name!r}: places must be finite numbers, one of them is not")
         if not part.keys:
             raise InputError(f"part {part.name!r} must have at least one key")
         keys = [key.name for key in part.keys]
@@ -131,30 +136,46 @@ def check(shot: Shot) -> Shot:
     return shot
 
 
+def _above(part: Part, shot: Shot) -> list[str]:
+    """The names of a part's parent, the parent's parent and so on; a circle is gone through once."""
+    parent_of = {part.name: part.parent for part in shot.parts}
+    above = []
+    name = part.parent
+    while name and name not in above:
+        above.append(name)
+        name = parent_of.get(name, "")
+    return above
+
+
+def _coordinates(part: Part) -> list[float]:
+    """All x and y of a part's outlines and scribbles."""
+    lines = [key.outline for key in part.keys] + [*part.inside, *part.outside]
+    return [coordinate for line in lines for point in line for coordinate in point]
+
+
 def _toml(value: object) -> str:
     """A TOML value: text, numbers and nested lists of them."""
     if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
-        return f'"{escaped}"'
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML's escapes are JSON's, but for DEL
     if isinstance(value, list | tuple):
         return "[" + ", ".join(_toml(item) for item in value) + "]"
     if isinstance(value, bool):
         return str(value).lower()
-    return str(int(value)) if isinstance(value, int | np.integer) else repr(round(float(value), 4))
+    return str(int(value)) if isinstance(value, int | np.integer) else repr(float(value))
 
 
 _FIELDS = {"": Shot, "parts": Part, "keys": KeyDrawing}
 
 
-def _without_unknown(values: dict, path: Path, level: str = "") -> dict:
+def _without_unknown(values: dict, level: str = "") -> dict:
     """The values, if every field is one we know; a misspelt field must not be passed over in silence."""
     known = set(_FIELDS[level].__dataclass_fields__)
     unknown = sorted(set(values) - known)
     if unknown:
-        raise InputError(f"{path}: {unknown[0]!r} is no field here, known are {', '.join(sorted(known))}")
+        raise InputError(f"{unknown[0]!r} is no field here, known are {', '.join(sorted(known))}")
     inner = {"": "parts", "parts": "keys"}.get(level)
     if inner and isinstance(values.get(inner), list):
         for item in values[inner]:
             if isinstance(item, dict):
-                _without_unknown(item, path, inner)
+                _without_unknown(item, inner)
     return values
