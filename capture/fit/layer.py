@@ -62,7 +62,7 @@ def sample(image: NDArray, at: NDArray, ground: NDArray) -> NDArray:
 def composite(image: NDArray, matte: NDArray, ground: NDArray) -> NDArray:
     """The layer (H, W, 4) float32 of an RGB image over a colour `ground` (3,), alpha beside it."""
     alpha = matte[..., None].astype(np.float32)
-    color = alpha * image[..., :3] + (1 - alpha) * ground.astype(np.float32)
+    color = alpha * image[..., :3].astype(np.float32) + (1 - alpha) * ground.astype(np.float32)
     return np.concatenate([color, ALPHA_GAIN * alpha], axis=-1)
 
 

@@ -42,7 +42,9 @@ def supports(rows: NDArray) -> list[list[int]]:
     pairs, along = rows[:, :2].astype(int), rows[:, 2]
     key_row = {int(i): n for n, (i, j) in enumerate(pairs) if i == j}
     found = [[n] for n in key_row.values()]
-    for i, j in sorted({(int(i), int(j)) for i, j in pairs if i != j}):
+    drawn = {(int(i), int(j)) for i, j in pairs if i != j}
+    bare = {(i, j) for i in key_row for j in key_row if i < j and (i, j) not in drawn and (j, i) not in drawn}
+    for i, j in sorted(drawn | bare):
         between = np.flatnonzero((pairs == (i, j)).all(axis=1))
         chain = [key_row[i], *between[np.argsort(along[between])].tolist(), key_row[j]]
         for step in zip(chain[:-1], chain[1:]):

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine, arap, triangulate
 
-Inbetweener = Callable[[NDArray, NDArray, NDArray], NDArray]
-"""A rule that draws rows: (keys (K, N, d), faces (F, 3), rows (D, 3)) -> shapes (D, N, d)."""
+Inbetweener = Callable[["KeySet"], NDArray]
+"""A rule that draws the rows of a key set: shapes (D, N, d), aligned to key 0.  `rigid` and `straight` are two."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +86,26 @@ def inbetween_rows(keys: int, inbetweens: int = 5) -> NDArray:
     return np.array(rows, float)
 
 
-def shapes(keys: KeySet, rule: Inbetweener = arap.inbetweens) -> NDArray:
+def rigid(keys: KeySet) -> NDArray:
+    """All rows (D, N, d) as rigid as possible, aligned to key 0.
+
+    In-betweens are made of the keys as they were drawn and aligned afterwards, each by the same eq. 5: a bent leg that
+    was squeezed by the alignment would not bend like a leg.
+    """
+    drawn = affine.apply(keys.removed, keys.points)
+    between = arap.inbetweens(drawn, keys.faces, keys.rows)
+    removed = affine.fit(drawn[0, keys.outline], between[:, keys.outline])
+    return affine.apply(affine.invert(removed), between)
+
+
+def straight(keys: KeySet) -> NDArray:
+    """All rows (D, N, d) on straight lines between the aligned keys."""
+    return arap.straight_inbetweens(keys.points, keys.faces, keys.rows)
+
+
+def shapes(keys: KeySet, rule: Inbetweener = rigid) -> NDArray:
     """All rows redrawn (D, N, d) by the rule; as rigid as possible unless told otherwise."""
-    return rule(keys.points, keys.faces, keys.rows)
+    return rule(keys)
 
 
 def fold(rows: NDArray, weights: NDArray, keys: int) -> NDArray:

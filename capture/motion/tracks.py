@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from capture.motion import affine, arap, keys
+from capture.motion import affine, keys
 from capture.motion.keys import Inbetweener, KeySet
 
 VERSION = 1
@@ -63,7 +63,7 @@ class CartoonMotion:
         """The source's key set of a part."""
         return self.keysets[self._index(part)]
 
-    def points(self, part: str, rule: Inbetweener = arap.inbetweens) -> NDArray:
+    def points(self, part: str, rule: Inbetweener = keys.rigid) -> NDArray:
         """Where the part's mesh points are in every frame (T, N, d)."""
         track = self.track(part)
         shapes = keys.shapes(keys.with_rows(self.keyset(part), track.rows), rule)

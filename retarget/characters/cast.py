@@ -28,13 +28,13 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.files import written_beside
-from capture.motion import arap
+from capture.motion import keys
 from capture.motion.tracks import CartoonMotion, Track
 from retarget.characters.drawing import read_drawing
 from retarget.characters.picture import read_image, read_picture
 from retarget.characters.target import REST, Target
 
-BETWEEN = {"rigid": arap.inbetweens, "straight": arap.straight_inbetweens}
+BETWEEN = {"rigid": keys.rigid, "straight": keys.straight}
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")
 DRAWINGS = (".svg", *PICTURES)
 
@@ -134,11 +134,11 @@ def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) 
         found[role] = file
     parts = []
     for track in motion.tracks:
-        keys = tuple(
+        chosen = tuple(
             CastKey(name, str(found[track.part, name])) for name in track.keys if (track.part, name) in found
         )
-        if keys:
-            parts.append(CastPart(track.part, keys))
+        if chosen:
+            parts.append(CastPart(track.part, chosen))
     return Cast(tuple(parts))
 
 

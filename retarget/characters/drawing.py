@@ -33,7 +33,7 @@ class Drawing:
     carry: object  # sparse (P, N): control points from mesh points
     leftover: NDArray  # (K, P, 2) what the mesh leaves over of each aligned key
     paths: tuple[tuple[DrawnPath, ...], ...]  # each path in its K keys; gradients as they lie in key 0
-    between: Inbetweener = arap.inbetweens
+    between: Inbetweener = keys.rigid
     height: float = 1.0
     pivot: NDArray | None = None
     joints: tuple[limbs.Joint, ...] = ()  # where limbs with a mesh of their own hang on the others
@@ -73,7 +73,7 @@ class Drawing:
 
 
 def read_drawing(
-    part: str, names: tuple[str, ...], files: list[str | Path], between: Inbetweener = arap.inbetweens
+    part: str, names: tuple[str, ...], files: list[str | Path], between: Inbetweener = keys.rigid
 ) -> Drawing:
     """A character from one SVG file for every key; the files must hold the same elements and commands."""
     versions = [read_svg(file)[0] for file in files]
@@ -84,7 +84,7 @@ def drawing(
     part: str,
     names: tuple[str, ...],
     versions: list[list[DrawnPath]],
-    between: Inbetweener = arap.inbetweens,
+    between: Inbetweener = keys.rigid,
     files: list[str] | None = None,
 ) -> Drawing:
     """A character from its drawn paths in each of K keys; control points correspond by their order."""

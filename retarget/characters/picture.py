@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from capture.motion import affine, arap, keys, triangulate
+from capture.motion import affine, keys, triangulate
 from capture.motion.keys import Inbetweener, KeySet
 
 
@@ -47,7 +47,7 @@ class Picture:
     keys: KeySet
     box: NDArray  # (2, 2)
     layers: tuple[Layer, ...]  # one, or one for every key
-    between: Inbetweener = arap.inbetweens
+    between: Inbetweener = keys.rigid
     height: float = 1.0
     pivot: NDArray | None = None
 
@@ -74,7 +74,7 @@ def read_picture(
     names: tuple[str, ...],
     paths: list[Path],
     outlines: list[NDArray | None],
-    between: Inbetweener = arap.inbetweens,
+    between: Inbetweener = keys.rigid,
 ) -> Picture:
     """A picture character from one image (or the same for all keys), or one for every key.
 

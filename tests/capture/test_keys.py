@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture.errors import InputError
-from capture.motion import arap, keys
+from capture.motion import keys
 from fixtures import hat, maps
 
 relaxed = settings(deadline=None, max_examples=20, derandomize=True)
@@ -112,7 +112,7 @@ def test_a_row_is_folded_by_its_way_between_the_keys():
 def test_folding_is_exact_for_straight_in_betweens():
     made = keys.keyset(("a", "b", "c"), np.stack([REST, bent(REST, 20), bent(REST, -10)]))
     weights = np.random.default_rng(0).dirichlet(np.ones(len(made.rows)), 4)
-    straight = keys.shapes(made, arap.straight_inbetweens)
+    straight = keys.shapes(made, keys.straight)
     by_keys = np.tensordot(keys.fold(made.rows, weights, 3), made.points, axes=1)
     assert np.allclose(np.tensordot(weights, straight, axes=1), by_keys)
 
@@ -120,7 +120,7 @@ def test_folding_is_exact_for_straight_in_betweens():
 def test_shapes_hold_the_keys_and_follow_the_rule_given():
     made = keys.keyset(("a", "b"), np.stack([REST, bent(REST, 20)]), inbetweens=1)
     assert np.allclose(keys.shapes(made)[:2], made.points)
-    assert np.allclose(keys.shapes(made, arap.straight_inbetweens)[2], made.points.mean(axis=0))
+    assert np.allclose(keys.shapes(made, keys.straight)[2], made.points.mean(axis=0))
 
 
 def test_other_rows_can_be_asked_for():

@@ -75,7 +75,7 @@ def test_a_colour_finds_the_flat_area_without_its_ink():
 def test_the_rim_is_soft_and_the_rest_is_not():
     image = picture(noise=0.0)
     found = matte.cut(matte.learn([matte.seed_outline(image, BODY)]), image)
-    assert 0 <= found.min() and found.max() <= 1
+    assert found.min() >= 0 and found.max() <= 1
     deep, far = binary_erosion(truth() == 1, iterations=3), binary_erosion(truth() == 0, iterations=3)
     assert (found[deep] == 1).all() and (found[far] == 0).all()
     rim = (truth() > 0.2) & (truth() < 0.8)  # pixels that the ink covers in part

@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from capture.errors import InputError
-from capture.motion import affine, arap, keys
+from capture.motion import affine, keys
 from retarget.characters import paths
 from retarget.characters.drawing import drawing, outline_drawing, read_drawing
 from retarget.characters.embed import embedding
@@ -14,7 +14,7 @@ from retarget.characters.svg import read_svg
 from retarget.stage.perform import perform
 
 
-@pytest.mark.parametrize("between", [arap.inbetweens, arap.straight_inbetweens])
+@pytest.mark.parametrize("between", [keys.rigid, keys.straight])
 def test_weight_one_on_a_key_redraws_that_key(worm, by_hand, between):
     character = read_drawing("egg", by_hand.names, worm, between)
     motion = by_hand.motion(by_hand.still(2), np.eye(2))

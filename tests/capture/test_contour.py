@@ -1,0 +1,106 @@
+"""Points that the model can make are explained exactly: map and weights both."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from capture.fit.contour import capture_points
+from capture.fit.weights import supports
+from capture.motion import keys
+from fixtures import hat, maps
+
+
+@lru_cache
+def hat_keys():
+    """The hat's three keys, bent twice as far as in its cartoon, and their rows redrawn (D, N, 2)."""
+    drawn = np.stack([hat.bent(hat.outline(60), *bend) for bend in 2 * hat.BEND])
+    made = keys.keyset(("rest", "bent", "lean"), drawn, spacing=14.0)
+    return made, keys.shapes(made)
+
+
+def flights(rng, count):
+    """Maps (T, 2, 3) that turn any way round, stretch, shear and travel."""
+    return np.stack(
+        [
+            np.column_stack([maps.turn(rng.uniform(-3, 3)) @ (np.eye(2) + 0.2 * rng.normal(size=(2, 2))), 100 * rng.normal(size=2)])
+            for _ in range(count)
+        ]
+    )
+
+
+def mixes(rng, count):
+    """Weights (T, D), each over one of the supports there are."""
+    made, _ = hat_keys()
+    allowed = supports(made.rows)
+    weights = np.zeros((count, len(made.rows)))
+    for frame in weights:
+        support = allowed[rng.integers(len(allowed))]
+        frame[support] = rng.dirichlet(np.ones(len(support)))
+    return weights
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_map_and_weights_of_model_points_are_found_again(seed):
+    rng = np.random.default_rng(seed)
+    made, shapes = hat_keys()
+    true_maps, true_weights = flights(rng, 20), mixes(rng, 20)
+    tracked = maps.move(true_maps, np.tensordot(true_weights, shapes, axes=1))
+    placed, weights = capture_points(tracked, made)
+    redrawn = maps.move(placed, np.tensordot(weights, shapes, axes=1))
+    assert np.linalg.norm(redrawn - tracked, axis=-1).max() < 0.01  # pixels
+    assert np.abs(keys.fold(made.rows, weights - true_weights, 3)).max() < 1e-3
+    assert np.allclose(placed, true_maps, atol=0.05)
+    further, exact = capture_points(tracked, made, rounds=15)
+    assert np.allclose(exact, true_weights, atol=1e-6) and np.allclose(further, true_maps, atol=1e-6)
+
+
+def test_a_good_start_needs_one_round():
+    rng = np.random.default_rng(9)
+    made, shapes = hat_keys()
+    true_maps, true_weights = flights(rng, 5), mixes(rng, 5)
+    tracked = maps.move(true_maps, np.tensordot(true_weights, shapes, axes=1))
+    placed, weights = capture_points(tracked, made, start=true_maps, rounds=1)
+    assert np.allclose(placed, true_maps, atol=1e-6) and np.allclose(weights, true_weights, atol=1e-6)
+
+
+def test_what_a_key_turned_by_when_it_was_drawn_goes_into_the_map():
+    """The same cartoon, captured with a key that was drawn turned and stretched: nothing of it may stick to the weights."""
+    made, shapes = hat_keys()
+    away = maps.place([[0.3, -1.2], [0.9, 0.4]], (0, 0), (200, 50))
+    drawn = made.points[:, made.outline].copy()
+    drawn[1] = maps.move(away, drawn[1])
+    again = keys.keyset(made.names, drawn, spacing=14.0)
+    tracked = shapes[[1, 4, 9]]
+    _, before = capture_points(tracked, made)
+    placed, weights = capture_points(tracked[:, made.outline], replace_mesh(again))
+    assert np.allclose(keys.fold(made.rows, weights - before, 3), 0, atol=0.02)
+    assert np.allclose(placed, np.eye(2, 3), atol=0.5)
+
+
+def replace_mesh(made):
+    """The key set's outlines alone: capture needs no inside where points are known."""
+    from dataclasses import replace
+
+    from capture.motion import triangulate
+
+    outlines, loop, _, faces = triangulate.triangulate(made.points[:, made.outline], spacing=1e3)
+    return replace(made, points=outlines, outline=loop, faces=faces)
+
+
+def test_noise_moves_the_weights_a_little_and_no_more():
+    rng = np.random.default_rng(1)
+    made, shapes = hat_keys()
+    true_maps, true_weights = flights(rng, 30), mixes(rng, 30)
+    tracked = maps.move(true_maps, np.tensordot(true_weights, shapes, axes=1))
+    _, weights = capture_points(tracked + 0.5 * rng.normal(size=tracked.shape), made)
+    off = np.abs(keys.fold(made.rows, weights - true_weights, 3)).max(axis=1)
+    assert np.median(off) < 0.02 and off.max() < 0.1
+
+
+def test_one_key_leaves_only_the_map():
+    rng = np.random.default_rng(2)
+    made = keys.keyset(("only",), hat.outline(60)[None], spacing=14.0)
+    true_maps = flights(rng, 4)
+    placed, weights = capture_points(maps.move(true_maps, made.points[0]), made)
+    assert np.allclose(placed, true_maps) and np.array_equal(weights, np.ones((4, 1)))
