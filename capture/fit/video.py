@@ -20,7 +20,8 @@ from capture.fit.model import PartModel
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, Track
 from capture.pictures import matte
-from capture.pictures.clip import Clip, read_clip
+from capture.pictures.clip import Clip
+from capture.pictures.decode import read_clip
 from capture.pictures.matte import ColorModel
 from capture.pictures.shot import Part, Shot
 from capture.progress import progress
@@ -115,7 +116,8 @@ def find(
     if pose.misfit > limit or _overlap(model, pose, alpha, origin) < 0.8:
         starts = _other_starts(model, alpha, origin, last)
         pose = min([pose, *(_fit(model, frame, start) for start in starts)], key=lambda pose: pose.misfit)
-    solid = _grown(matte.fill((alpha.shape[1], alpha.shape[0]), models.outline_at(model, pose.placed, pose.alpha) - origin), 8)
+    outline = models.outline_at(model, pose.placed, pose.alpha) - origin
+    solid = _grown(matte.fill((alpha.shape[1], alpha.shape[0]), outline), 8)
     if (alpha * (1 - solid)).sum() > 0.02 * alpha.sum():  # something else of this colour touches the layer
         alpha = alpha * solid
         pose = _fit(model, model.view.layer(image[window], alpha, origin), pose.placed)
@@ -132,25 +134,25 @@ def _fit(model: PartModel, frame: Layer, start: NDArray) -> Pose:
         return Pose(placed, np.zeros(0), track_affine.misfit(model.rigid, frame, placed))
     placed, alpha = track_keys.acquire(shape.eigen, frame, start)
     alpha = np.clip(alpha, *_alpha_range(model))
-    for _ in range(2):  # the second time with the textures that the first time's shape calls for
+    for coarsest in (2, 1):  # the second time with the textures that the first time's shape calls for
         mixed = models.amounts(shape, alpha)
-        placed, alpha = track_shape.refine(shape.bent, frame, placed, alpha, mixed)
+        placed, alpha = track_shape.refine(shape.bent, frame, placed, alpha, mixed, coarsest)
     return Pose(placed, alpha, track_shape.misfit(shape.bent, frame, placed, alpha, mixed))
 
 
 def _other_starts(model: PartModel, alpha: NDArray, origin: NDArray, last: Pose) -> list[NDArray]:
-    """Maps (2, 3) to start from instead: onto the matte's centre, and onto its size as well."""
+    """Maps (2, 3) to start from instead: onto the matte's middle, onto its size as well, and as the key was drawn."""
     shape = models.mesh_shape(model, last.alpha)[model.keyset.outline]
     outline = affine.apply(last.placed, shape)
     rows, columns = np.nonzero(alpha > 0.5)
-    seen = np.stack([columns, rows], -1) + origin
-    middle, was = seen.mean(axis=0), 0.5 * (outline.min(axis=0) + outline.max(axis=0))
-    moved = np.column_stack([np.eye(2), 0.5 * (seen.min(axis=0) + seen.max(axis=0)) - was])
-    ratio = np.ptp(seen, axis=0) / np.maximum(np.ptp(outline, axis=0), 1)
+    low = np.array([columns.min(), rows.min()]) + origin
+    high = np.array([columns.max(), rows.max()]) + origin
+    was = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
+    ratio = (high - low + 1) / np.maximum(np.ptp(outline, axis=0), 1)
+    moved = np.column_stack([np.eye(2), 0.5 * (low + high) - was])
     scaled = affine.about(np.column_stack([np.diag(ratio), [0, 0]]), was)
-    upright = affine.fit_similarity(shape - shape.mean(axis=0) + middle, shape - shape.mean(axis=0) + middle)
-    upright = affine.compose(upright, np.column_stack([np.eye(2), middle - shape.mean(axis=0)]))
-    return [affine.compose(moved, last.placed), affine.compose(moved, affine.compose(scaled, last.placed)), upright]
+    upright = np.column_stack([np.eye(2), 0.5 * (low + high) - 0.5 * (shape.min(axis=0) + shape.max(axis=0))])
+    return [affine.compose(moved, start) for start in (last.placed, affine.compose(scaled, last.placed))] + [upright]
 
 
 def _overlap(model: PartModel, pose: Pose, alpha: NDArray, origin: NDArray) -> float:

@@ -6,6 +6,8 @@ in-betweens lie on a curve, and a chord across it would be an illegal shape.  Th
 so all are solved in closed form, for all frames at once; nothing is thrown away to reach the number.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -47,7 +49,7 @@ def supports(rows: NDArray) -> list[list[int]]:
     for i, j in sorted(drawn | bare):
         between = np.flatnonzero((pairs == (i, j)).all(axis=1))
         chain = [key_row[i], *between[np.argsort(along[between])].tolist(), key_row[j]]
-        for step in zip(chain[:-1], chain[1:]):
+        for step in pairwise(chain):
             found.append(list(step))
             found += [[*step, n] for k, n in key_row.items() if k not in (i, j)]
     return found

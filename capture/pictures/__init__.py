@@ -1,4 +1,4 @@
 """What comes in: clips, mattes and shots; and the proof pictures that show what was captured.
 
-Read `clip` and `encode` (files), `matte` (which pixels belong), `shot` (what to capture), `overlay`.
+Read `clip`, `decode` and `encode` (files), `matte` (which pixels belong), `shot` (what to capture), `overlay`.
 """

@@ -4,12 +4,9 @@ Frame i is the i-th picture the source holds, also where the frame rate varies o
 screen from `edges[i]` to `edges[i + 1]`.
 """
 
-import math
-import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -55,28 +52,6 @@ class Clip:
     def durations(self) -> NDArray:
         """How long each frame is shown (T,), in seconds."""
         return np.diff(self.edges)
-
-
-def read_clip(
-    path: str | os.PathLike,
-    *,
-    start: int = 0,
-    stop: int | None = None,
-    tile: tuple[int, int] | None = None,
-    fps: float | None = None,
-) -> Clip:
-    """Open a video, an animated GIF, PNG or WebP, a folder of pictures, a sprite sheet, or a single picture.
-
-    Frames start..stop (stop exclusive) are kept.  `tile` is the (width, height) of a sprite in a sheet, read
-    row by row.  `fps` replaces the source's own timing; pictures without any play at 24 frames a second.
-    """
-    source = Path(path)
-    if fps is not None and not (math.isfinite(fps) and fps > 0):
-        raise InputError(f"the frame rate must be above 0, it is {fps}; give frames a second, such as 24")
-    clip = _read(source, tile)
-    if fps is not None:
-        clip = replace(clip, fps=float(fps), edges=np.arange(len(clip) + 1) / fps)
-    return trim(clip, start, stop)
 
 
 def clip_of(
@@ -152,23 +127,3 @@ def _edges(times: NDArray, count: int, fps: float) -> NDArray:
     if len(times) == count:
         times = np.append(times, times[-1] + (times[-1] - times[-2] if count > 1 else 1 / fps))
     return times - times[0]
-
-
-def _read(source: Path, tile: tuple[int, int] | None) -> Clip:
-    from capture.pictures import stills, video  # here, for they build on Clip
-
-    if not source.exists():
-        raise InputError(f"{source}: the clip must exist, there is no such file; check its name")
-    if source.is_dir():
-        if tile is not None:
-            raise InputError(f"{source}: a tile needs a single picture, this is a folder; leave the tile out")
-        return stills.read_folder(source)
-    if not os.access(source, os.R_OK):
-        raise InputError(f"{source}: the clip must be readable, it is not; change its permissions")
-    if source.stat().st_size == 0:
-        raise InputError(f"{source}: a clip must hold frames, this file is empty (0 bytes); make it again")
-    if stills.is_picture(source):
-        return stills.read_picture(source, tile)
-    if tile is not None:
-        raise InputError(f"{source}: a tile needs a single picture, this is none; leave the tile out")
-    return video.read_video(source)

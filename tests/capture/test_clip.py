@@ -10,7 +10,8 @@ import pytest
 from PIL import Image
 
 from capture.errors import InputError
-from capture.pictures.clip import clip_of, read_clip, trim
+from capture.pictures.clip import clip_of, trim
+from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_clip
 
 H, W = 48, 64
@@ -79,7 +80,7 @@ def test_a_variable_rate_keeps_its_frames_and_times(tmp_path, name):
 
 
 def test_reading_on_does_not_seek_and_going_back_lands_on_the_key_before(tmp_path, monkeypatch):
-    import capture.pictures.video as module
+    import capture.pictures.movies as module
 
     clip, seeks, plain = read_clip(video(tmp_path / "a.mp4")), [], module._decode_from
     monkeypatch.setattr(module, "_decode_from", lambda s, index, i: seeks.append(i) or plain(s, index, i))

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from capture.errors import InputError
-from capture.pictures.clip import clip_of, read_clip
+from capture.pictures.clip import clip_of
+from capture.pictures.decode import read_clip
 from capture.pictures.encode import exact_rate, over, write_clip
 from capture.pictures.gif import delays
 

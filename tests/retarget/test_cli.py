@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from capture.motion import tracks
-from capture.pictures.clip import clip_of, read_clip
+from capture.pictures.clip import clip_of
+from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_clip
 from capture.pictures.shot import read_shot, write_shot
 from fixtures import ball, write
