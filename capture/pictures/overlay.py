@@ -18,6 +18,7 @@ from capture.motion.tracks import CartoonMotion, total_affine
 COLORS = ((228, 46, 46), (30, 110, 235), (236, 140, 10), (140, 60, 205), (10, 150, 140), (200, 50, 130))
 CELLS = 6  # of the affine grid, across
 BAR, ROW = 56, 12  # pixels of weight 1, and height of a bar's row
+DOTS_APART = 14  # pixels between the points that are drawn
 SHIFT = 4  # fractional bits of OpenCV's drawing positions
 
 
@@ -115,7 +116,8 @@ def _lines(picture: NDArray, lines: NDArray, color: tuple[int, int, int], streng
 def _outline(picture: NDArray, points: NDArray, color: tuple[int, int, int]) -> None:
     cv2.polylines(picture, [_fixed(points)], True, (255, 255, 255), 3, cv2.LINE_AA, SHIFT)
     cv2.polylines(picture, [_fixed(points)], True, color, 2, cv2.LINE_AA, SHIFT)
-    every = max(1, len(points) // 40)
+    length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    every = max(1, round(DOTS_APART * len(points) / max(length, 1)))
     for point in _fixed(points[::every]):
         cv2.circle(picture, tuple(int(v) for v in point), 3 << SHIFT, (255, 255, 255), -1, cv2.LINE_AA, SHIFT)
         cv2.circle(picture, tuple(int(v) for v in point), 2 << SHIFT, color, -1, cv2.LINE_AA, SHIFT)
