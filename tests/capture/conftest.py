@@ -69,5 +69,5 @@ def bendy():
         layer=lambda points: as_layer(composite(points, keyset)),
         as_layer=as_layer,
         row=lambda i, j, s: keys.shapes(keys.with_rows(keyset, [(i, j, s)]))[0],
-        bar=bar,
+        wound=lambda curl: bent(keyset.points[0] - (115, 95), curl) + (115, 95),
     )

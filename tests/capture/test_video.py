@@ -10,7 +10,7 @@ from capture.fit import video
 from capture.motion.tracks import CartoonMotion
 from capture.pictures.clip import clip_of
 from capture.pictures.shot import KeyDrawing, Part, Shot
-from fixtures import ball, frog, hat, walker, write
+from fixtures import ball, frog, hat, maps, render, walker, write
 from fixtures.toon import Toon
 
 LOST = 5.0  # pixels of median error in a frame
@@ -101,16 +101,24 @@ def test_the_shot_may_begin_later_than_the_clip():
     assert np.median(off, axis=1).max() < 0.3
 
 
-def test_a_box_and_a_colour_are_enough_to_start_from():
+def test_a_box_is_enough_to_start_from():
     toon = ball.ball()
     frames = clip_of(np.stack([toon.frame(t) for t in range(6)]))
     low, high = toon.parts[0].points[0].min(axis=0), toon.parts[0].points[0].max(axis=0)
-    by_box = Part("ball", box=(*(low - 6), *(high - low + 12)))
-    by_color = Part("ball", color=ball.RED)
+    motion = video.capture(Shot("ball", (Part("ball", box=(*(low - 6), *(high - low + 12))),)), frames)
     truth = toon.parts[0].points[:6].mean(axis=1)
-    for part in (by_box, by_color):
-        motion = video.capture(Shot("ball", (part,)), frames)
-        assert np.linalg.norm(motion.outline("ball").mean(axis=1) - truth, axis=-1).max() < 3
+    assert np.linalg.norm(motion.outline("ball").mean(axis=1) - truth, axis=-1).max() < 3
+
+
+def test_a_colour_is_enough_to_start_from_where_a_layer_has_one():
+    flat = np.full((200, 300, 3), 230, np.uint8)
+    blobs = [maps.ellipse((90 + 9 * t, 100 - 4 * t), 40 + 2 * t, 30) for t in range(6)]
+    frames = [np.rint(render.paint(flat, [render.Fill(blob, (40, 130, 60))])).astype(np.uint8) for blob in blobs]
+    motion = video.capture(Shot("blob", (Part("blob", color=(40, 130, 60)),)), clip_of(np.stack(frames)))
+    found = motion.outline("blob")
+    for blob, outline in zip(blobs, found):
+        assert np.allclose(np.ptp(outline, axis=0), np.ptp(blob, axis=0), atol=1.0)
+        assert np.allclose(outline.max(axis=0), blob.max(axis=0), atol=0.7)
 
 
 def test_a_layer_that_leaves_is_told_and_holds_its_pose():

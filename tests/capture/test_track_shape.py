@@ -1,0 +1,145 @@
+"""The bent template finds map and shape together, to a tenth of a pixel, also of shapes that no row shows."""
+
+import numpy as np
+import pytest
+
+from capture.fit import keyimages, keyspace, track_shape
+from fixtures import maps, render
+from fixtures.render import Fill
+
+MIDDLE = (115, 95)
+EVEN = np.full(3, 1 / 3)  # a third of every key's texture
+
+
+@pytest.fixture(scope="module")
+def template(bendy):
+    place = keyimages.mesh_map(bendy.space.mean, bendy.keyset.faces, bendy.grid)
+    textures = keyimages.key_textures(bendy.pictures, bendy.keyset, place, bendy.ground)
+    layers = [bendy.as_layer(texture, bendy.grid.origin) for texture in textures]
+    return track_shape.shape_template(layers, place, bendy.space)
+
+
+def away(shift=(0, 0), angle=0.0, size=1.0):
+    return maps.place(size * maps.turn(angle), MIDDLE, np.add(MIDDLE, shift))
+
+
+def off(bendy, found, true):
+    """Mean distance in pixels over the mesh of a map and mode weights from true points (N, 2)."""
+    placed, alpha = found
+    return np.linalg.norm(maps.move(placed, keyspace.mix(bendy.space, alpha)) - true, axis=-1).mean()
+
+
+def exact(bendy, shape):
+    """The mode weights (L,) nearest to a shape (N, 2)."""
+    return np.tensordot(shape - bendy.space.mean, bendy.space.modes, axes=((0, 1), (1, 2)))
+
+
+UNUSED = [(0, 1, 0.4), (0, 1, 0.75), (0, 2, 0.25), (1, 2, 0.3), (1, 2, 0.55)]  # between the rows of the key set
+
+
+@pytest.mark.parametrize("row", UNUSED)
+def test_the_weights_of_a_shape_that_no_row_shows_are_found(bendy, template, row):
+    """The start: the right place but for 4 pixels and 3 degrees, and the mean shape."""
+    shape, moved = bendy.row(*row), away((3.3, -2.1), 0.05)
+    true = maps.move(moved, shape)
+    placed, alpha = track_shape.refine(template, bendy.layer(true), np.eye(2, 3), np.zeros(3), EVEN)
+    assert off(bendy, (placed, alpha), true) < 0.2  # pixels, mean over the mesh
+    assert np.linalg.norm(alpha - exact(bendy, shape)) / np.sqrt(len(shape)) < 0.2  # pixels, root mean square
+    assert track_shape.misfit(template, bendy.layer(true), placed, alpha, EVEN) < 0.3
+
+
+@pytest.mark.parametrize("curl", [-1.3, -0.6, 0.5, 1.0])
+def test_a_shape_drawn_by_formula_is_found(bendy, template, curl):
+    """No in-between of ours is asked: the bar's own mesh is wound along a circle."""
+    true = maps.move(away((4, 2), -0.06), bendy.wound(curl))
+    found = track_shape.refine(template, bendy.layer(true), np.eye(2, 3), np.zeros(3), EVEN)
+    assert off(bendy, found, true) < 0.5
+
+
+def test_turns_stretches_and_shapes_together_are_told_apart(bendy, template):
+    linear = maps.turn(0.7) @ [[1.2, 0.1], [0, 0.85]]
+    true_map = maps.place(linear, MIDDLE, (118, 90))
+    shape = bendy.row(1, 2, 0.3)
+    true = maps.move(true_map, shape)
+    start = maps.place(maps.turn(0.6), MIDDLE, (115, 92))
+    placed, alpha = track_shape.refine(template, bendy.layer(true), start, np.zeros(3), EVEN)
+    assert off(bendy, (placed, alpha), true) < 0.2
+    assert np.allclose(placed[:, :2], linear, atol=0.02) and np.abs(alpha - exact(bendy, shape)).max() < 3
+
+
+def test_the_truth_is_where_it_comes_to_rest(bendy, template):
+    shape = bendy.row(0, 1, 0.4)
+    found = track_shape.refine(template, bendy.layer(shape), np.eye(2, 3), exact(bendy, shape), EVEN)
+    assert off(bendy, found, shape) < 0.1
+
+
+def test_somebody_in_front_of_it_does_little_harm(bendy, template):
+    """A fifth of the bar lies behind a grey post that the matte takes for the bar's own."""
+    true = maps.move(away((2, -3)), bendy.row(0, 2, 0.25))
+    picture, alpha = bendy.paint(true)
+    post = [Fill(np.array([(110.0, 40), (131, 40), (131, 150), (110, 150)]), (60, 60, 60), true[bendy.keyset.outline])]
+    assert 0.2 < render.matte(post, (230, 190)).sum() / alpha.sum() < 0.3
+    hidden = bendy.as_layer(np.dstack([render.paint(picture, post), 128 * alpha]) * alpha[..., None] + _ground(alpha))
+    found = track_shape.refine(template, hidden, np.eye(2, 3), np.zeros(3), EVEN)
+    assert off(bendy, found, true) < 0.6
+
+
+def _ground(alpha):
+    """What the layer is composited over: grey, and no alpha."""
+    return (1 - alpha)[..., None] * np.array([128, 128, 128, 0], np.float32)
+
+
+def test_film_grain_costs_little(bendy, template):
+    true = maps.move(away((3, 1), 0.04), bendy.row(1, 2, 0.55))
+    picture, alpha = bendy.paint(true)
+    noisy = np.clip(picture + 6 * np.random.default_rng(0).standard_normal(picture.shape), 0, 255)
+    composed = np.dstack([alpha[..., None] * noisy + _ground(alpha)[..., :3], 128 * alpha]).astype(np.float32)
+    found = track_shape.refine(template, bendy.as_layer(composed), np.eye(2, 3), np.zeros(3), EVEN)
+    assert off(bendy, found, true) < 0.25
+
+
+def test_without_a_drawing_the_prior_leads_the_modes_home(bendy, template):
+    """An empty frame says nothing: the map stays and the shape goes to the mean, no number runs away."""
+    empty = bendy.as_layer(np.tile(np.array([128, 128, 128, 0], np.float32), (190, 230, 1)))
+    start = away((3, 4), 0.1)
+    placed, alpha = track_shape.refine(template, empty, start, 2 * bendy.space.spread, EVEN)
+    assert np.allclose(placed, start) and np.abs(alpha).max() < 1e-3 * bendy.space.spread[0]
+
+
+@pytest.mark.parametrize("pixels", [0.5, 1.0])
+def test_the_misfit_is_in_pixels(bendy, template, pixels):
+    """Over all directions the squared misfit of a shift averages to half its square."""
+    shape = bendy.row(0, 1, 0.4)
+    frame, alpha = bendy.layer(shape), exact(bendy, shape)
+    at_rest = track_shape.misfit(template, frame, np.eye(2, 3), alpha, EVEN)
+    along, across = (track_shape.misfit(template, frame, away(shift), alpha, EVEN) for shift in ((pixels, 0), (0, pixels)))
+    assert at_rest < 0.2
+    assert np.sqrt(max(along**2 + across**2 - 2 * at_rest**2, 0)) == pytest.approx(pixels, rel=0.3)
+
+
+def test_where_keys_differ_in_colour_the_textures_are_mixed(bendy):
+    """A key that was painted brighter: with its texture the drawing fits, with the other's it does not."""
+    bright = [picture + np.float32([40, 40, 40, 0]) * (key == 1) for key, picture in enumerate(bendy.pictures)]
+    place = keyimages.mesh_map(bendy.space.mean, bendy.keyset.faces, bendy.grid)
+    textures = keyimages.key_textures(bright, bendy.keyset, place, bendy.ground + 40)
+    layers = [bendy.as_layer(texture, bendy.grid.origin) for texture in textures]
+    template = track_shape.shape_template(layers, place, bendy.space)
+    shape = bendy.row(1, 1, 0)
+    frame = bendy.as_layer(bendy.composite(shape) + np.float32([40, 40, 40, 0]))
+    misfits = [track_shape.misfit(template, frame, np.eye(2, 3), exact(bendy, shape), np.eye(3)[k]) for k in (0, 1)]
+    assert misfits[1] < 0.4 * misfits[0]
+
+
+def test_the_start_is_left_as_it_was(bendy, template):
+    placed, alpha = np.eye(2, 3), np.ones(3)
+    track_shape.refine(template, bendy.layer(bendy.row(0, 1, 0.4)), placed, alpha, EVEN)
+    assert np.array_equal(placed, np.eye(2, 3)) and np.array_equal(alpha, np.ones(3))
+
+
+def test_the_strongest_mode_moves_a_pixel_as_it_moves_the_mesh_there(bendy, template):
+    mode = bendy.space.modes[0]
+    for level in template.levels:
+        distance = np.linalg.norm(level.points[:, None] - bendy.space.mean, axis=-1)
+        near = distance.min(axis=1) < 1.5
+        assert near.any()
+        assert np.abs(level.modes[..., 0] - mode[distance.argmin(axis=1)])[near].max() < 0.1 * np.abs(mode).max()
