@@ -204,7 +204,8 @@ def _bake(pixels: NDArray, colors: int) -> NDArray:
     score = mixture.score_samples(grid)
     tables = [np.exp(heat - heat.max()) for heat in (score, score / 16)]  # the second has four times the width:
     near, far = (table / table.sum() for table in tables)  # colours nobody has seen go to whoever is nearer
-    return (0.98 * near + 0.02 * far).astype(np.float32).reshape(BINS, BINS, BINS)
+    table = 0.98 * near + 0.02 * far + 1e-30  # not 0: far from all colours seen, both sides are as unlikely
+    return table.astype(np.float32).reshape(BINS, BINS, BINS)
 
 
 def _index(image: NDArray) -> NDArray:
