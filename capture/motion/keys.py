@@ -69,8 +69,8 @@ def align(drawn: NDArray, outline: NDArray) -> tuple[NDArray, NDArray]:
     flat = np.flatnonzero(np.linalg.cond(removed[..., :-1]) > 1e8)
     if len(flat):
         raise InputError(
-            f"the outline of a key must not be squashed flat, that of key {flat[0]} (counted from 0) is a line or a point "
-            "against key 0: draw it again"
+            f"the outline of a key must not be squashed flat, that of key {flat[0]} (counted from 0) is a line or a "
+            "point against key 0: draw it again"
         )
     return affine.apply(affine.invert(removed), drawn), removed
 
@@ -93,6 +93,7 @@ def rigid(keys: KeySet) -> NDArray:
     was squeezed by the alignment would not bend like a leg.
     """
     drawn = affine.apply(keys.removed, keys.points)
+    drawn[np.linalg.det(keys.removed[..., :-1]) < 0, :, 0] *= -1  # half-way to its mirror image a shape has no width
     between = arap.inbetweens(drawn, keys.faces, keys.rows)
     removed = affine.fit(drawn[0, keys.outline], between[:, keys.outline])
     return affine.apply(affine.invert(removed), between)

@@ -154,7 +154,9 @@ def _check_part(track: Track, keyset: KeySet, frames: int) -> None:
         ("outline", keyset.outline, points),
     ):
         if not np.isin(numbers, np.arange(stop)).all():
-            raise InputError(f"part {track.part!r}: {name} must number what is there, 0 to {stop - 1}, capture it again")
+            raise InputError(
+                f"part {track.part!r}: {name} must number what is there, 0 to {stop - 1}, capture it again"
+            )
 
 
 def save(motion: CartoonMotion, path: str | Path) -> None:
@@ -230,7 +232,9 @@ def _lines(value: Any, indent: str) -> str:
 
     deeper = indent + " "
     if isinstance(value, dict):
-        items = [f"{deeper}{msgspec.json.encode(name).decode()}: {_lines(item, deeper)}" for name, item in value.items()]
+        items = [
+            f"{deeper}{msgspec.json.encode(name).decode()}: {_lines(item, deeper)}" for name, item in value.items()
+        ]
         return "{\n" + ",\n".join(items) + "\n" + indent + "}"
     if isinstance(value, list) and value and isinstance(value[0], dict):
         return "[\n" + ",\n".join(deeper + _lines(item, deeper) for item in value) + "\n" + indent + "]"

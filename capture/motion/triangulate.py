@@ -84,13 +84,15 @@ def locate(points: NDArray, mesh_points: NDArray, faces: NDArray) -> tuple[NDArr
 def _check_points(outlines: NDArray) -> None:
     """Refuse points that are no numbers, and steps of no length: their two ends could not both be in a mesh."""
     if not np.isfinite(outlines).all():
-        raise InputError("the points of an outline must be finite numbers, this one holds NaN or infinity: draw it again")
+        raise InputError(
+            "the points of an outline must be finite numbers, this one holds NaN or infinity: draw it again"
+        )
     still = np.flatnonzero((outlines[0] == np.roll(outlines[0], -1, axis=0)).all(axis=1))
     if len(still):
         x, y = outlines[0, still[0]]
         raise InputError(
-            f"neighbouring points of an outline must differ, ({x:g}, {y:g}) comes twice in a row: leave one of them out "
-            "(the last point joins the first by itself)"
+            f"neighbouring points of an outline must differ, ({x:g}, {y:g}) comes twice in a row: leave one of "
+            "them out (the last point joins the first by itself)"
         )
 
 

@@ -31,7 +31,7 @@ def draw_over(frames: Iterable[NDArray], motion: CartoonMotion) -> Iterator[NDAr
     for t, frame in enumerate(frames):
         if t >= len(motion.times):
             raise InputError(f"the clip must have as many frames as the motion, {len(motion.times)}, it has more")
-        picture = np.array(frame[..., :3])  # a copy: the clip keeps its frames
+        picture = np.array(frame[..., :3], order="C")  # a copy: the clip keeps its frames
         for number, track in enumerate(motion.tracks):
             color = COLORS[number % len(COLORS)] if track.visible[t] else (128, 128, 128)
             _lines(picture, grids[number][t], color, 0.35)

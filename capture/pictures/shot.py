@@ -156,7 +156,9 @@ def _coordinates(part: Part) -> list[float]:
 def _toml(value: object) -> str:
     """A TOML value: text, numbers and nested lists of them."""
     if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML's escapes are JSON's, but for DEL
+        return json.dumps(value, ensure_ascii=False).replace(
+            "\x7f", "\\u007f"
+        )  # TOML's escapes are JSON's, but for DEL
     if isinstance(value, list | tuple):
         return "[" + ", ".join(_toml(item) for item in value) + "]"
     if isinstance(value, bool):

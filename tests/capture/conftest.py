@@ -32,7 +32,7 @@ def bent(points, curl):
 
 
 def paint(points, keyset):
-    """A picture (H, W, 3) uint8 and its true matte (H, W) of the mesh at `points` (N, 2), each face in its own colour."""
+    """The mesh at `points` (N, 2), each face in its own colour: a picture (H, W, 3) uint8 and its true matte (H, W)."""
     x, y = keyset.points[0, keyset.faces].mean(axis=1).T
     color = [128 + 100 * np.sin(x / 9), 128 + 100 * np.sin(y / 6 + x / 17), 128 + 100 * np.cos(x / 13 - y / 8)]
     fine = np.full((SIZE[1] * FINER, SIZE[0] * FINER, 3), 235, np.uint8)

@@ -69,7 +69,9 @@ def test_a_map_about_a_pivot_moves_the_pivot_by_its_shift_alone(m, pivot, p):
     plain = affine.about(m, pivot)
     assert np.allclose(affine.apply(plain, p), (p - pivot) @ m[:, :2].T + pivot + m[:, 2])
     assert np.allclose(affine.apply(plain, pivot[None])[0], pivot + m[:, 2])
-    assert np.allclose(affine.from_about(plain, pivot), m) and np.allclose(affine.about(affine.from_about(m, pivot), pivot), m)
+    assert np.allclose(affine.from_about(plain, pivot), m) and np.allclose(
+        affine.about(affine.from_about(m, pivot), pivot), m
+    )
 
 
 def test_a_turn_about_a_pivot_leaves_it_where_it_is():
@@ -107,7 +109,9 @@ def test_an_almost_straight_line_keeps_its_scale_across():
     """Across a line that is straight but for rounding nothing can be measured: noise there must not be blown up."""
     x = np.linspace(-50, 50, 40)
     rng = np.random.default_rng(1)
-    found = affine.fit(np.column_stack([x, 1e-4 * rng.normal(size=40)]), np.column_stack([x, 0.3 * rng.normal(size=40)]))
+    found = affine.fit(
+        np.column_stack([x, 1e-4 * rng.normal(size=40)]), np.column_stack([x, 0.3 * rng.normal(size=40)])
+    )
     assert np.allclose(np.linalg.svd(found[:, :2], compute_uv=False), 1, atol=0.02)
 
 

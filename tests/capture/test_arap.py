@@ -109,7 +109,9 @@ def test_a_curl_uncurls_on_the_way_back_without_flipping_or_shrinking(degrees):
 def test_straight_lines_do_shrink_and_that_is_the_point():
     pair = np.stack([MESH, curled(MESH, np.pi)])
     row = np.array([(0, 1, 0.5)])
-    straight, bent = (areas(rule(pair, FACES, row)[0], FACES).sum() for rule in (arap.straight_inbetweens, arap.inbetweens))
+    straight, bent = (
+        areas(rule(pair, FACES, row)[0], FACES).sum() for rule in (arap.straight_inbetweens, arap.inbetweens)
+    )
     assert straight < 0.75 * areas(MESH, FACES).sum() < 0.8 * bent
 
 

@@ -73,7 +73,9 @@ def test_a_rows_picture_is_what_a_painter_would_have_drawn(bendy, row):
     images = keyimages.row_images(bendy.pictures, bendy.keyset, bendy.shapes, bendy.grid, bendy.ground)
     true = crop(bendy.composite(bendy.shapes[at[0]]), bendy.grid)
     difference = np.abs(images[at[0]] - true)
-    assert difference.mean() < 3 and np.median(difference[covered(bendy.shapes[at[0]], bendy.keyset, bendy.grid, 2)]) < 5
+    assert (
+        difference.mean() < 3 and np.median(difference[covered(bendy.shapes[at[0]], bendy.keyset, bendy.grid, 2)]) < 5
+    )
     assert np.abs(images[at[0]] - images[0]).mean() > 1.5 * difference.mean()  # and not where it was in key 0
 
 

@@ -123,6 +123,24 @@ def test_shapes_hold_the_keys_and_follow_the_rule_given():
     assert np.allclose(keys.shapes(made, keys.straight)[2], made.points.mean(axis=0))
 
 
+def test_in_betweens_are_aligned_to_key_0_as_the_keys_are():
+    stretched = maps.move(maps.place([[1.3, 0.4], [-0.2, 0.6]], (0, 0), (50, 9)), bent(REST, 20))
+    made = keys.keyset(("a", "b"), np.stack([REST, stretched]))
+    for rule in (keys.rigid, keys.straight):
+        outlines = keys.shapes(made, rule)[:, made.outline]
+        assert np.allclose([maps.best_affine(REST, outline) for outline in outlines], np.eye(2, 3), atol=1e-8)
+
+
+@given(st.floats(-3, 3), st.floats(-300, 300), st.booleans())
+@relaxed
+def test_in_betweens_do_not_care_where_a_key_was_drawn_nor_which_way_it_faces(angle, x, mirrored):
+    """Half-way to its own mirror image a drawing would have no width: facing about must not come into it."""
+    away = maps.place(maps.turn(angle) @ np.diag([-1 if mirrored else 1, 1]), (100, 80), (x, 50))
+    here = keys.keyset(("a", "b"), np.stack([REST, bent(REST, 20)]))
+    there = keys.keyset(("a", "b"), np.stack([REST, maps.move(away, bent(REST, 20))]))
+    assert np.allclose(keys.shapes(here), keys.shapes(there), atol=1e-6)
+
+
 def test_other_rows_can_be_asked_for():
     made = keys.keyset(("a", "b"), np.stack([REST, bent(REST, 20)]))
     again = keys.with_rows(made, [(0, 1, 0.3)])

@@ -12,7 +12,14 @@ from fixtures import maps, render
 from fixtures.render import Fill, Ink
 
 SIZE = (160, 120)  # width, height
-SKY, GRASS, RED, DARK, CREAM, INK = (150, 190, 230), (110, 160, 90), (215, 70, 60), (170, 45, 50), (250, 235, 205), (40, 20, 30)
+SKY, GRASS, RED, DARK, CREAM, INK = (
+    (150, 190, 230),
+    (110, 160, 90),
+    (215, 70, 60),
+    (170, 45, 50),
+    (250, 235, 205),
+    (40, 20, 30),
+)
 BODY = maps.smooth([(60, 30), (88, 34), (98, 62), (84, 92), (56, 94), (40, 66)])
 TWIN = maps.ellipse((138, 24), 12, 10)
 BOX = (32.0, 24.0, 74.0, 78.0)
@@ -105,7 +112,9 @@ def test_a_patch_of_the_same_colour_elsewhere_is_not_taken(way):
 def test_a_twin_that_touches_is_cut_off_at_its_bridge():
     """A thin bridge of red leads to a large red field."""
     field = Fill(np.array([(120, -9), (169, -9), (169, 129), (120, 129)], float), RED)
-    image = np.rint(render.paint(picture(noise=0.0), [Ink(np.array([(96, 60), (122, 60)]), RED, 3.0), field])).astype(np.uint8)
+    image = np.rint(render.paint(picture(noise=0.0), [Ink(np.array([(96, 60), (122, 60)]), RED, 3.0), field])).astype(
+        np.uint8
+    )
     model = matte.learn([matte.seed_outline(picture(noise=0.0), BODY)])
     found = matte.cut(model, image, (truth() > 0.5).astype(np.uint8))
     assert found[:, 122:].max() == 0
@@ -151,6 +160,18 @@ def test_adapting_to_the_same_picture_changes_nothing_that_is_seen():
     assert matte.adapt(model, image, np.ones_like(found)) is model  # no sure background: nothing to learn from
 
 
+def test_colours_that_nobody_has_seen_do_no_harm():
+    """Black and nearly black alone were learnt; then a white flash comes, far from both."""
+    dark = np.full((SIZE[1], SIZE[0], 3), 16, np.uint8)
+    dark[30:90, 40:110] = 0
+    model = matte.learn([matte.seed_box(dark, (30, 20, 90, 80))])
+    assert np.isfinite(model.probability()).all()
+    flash = dark.copy()
+    flash[:, 130:] = 255
+    found = matte.cut(model, flash, (dark[..., 0] == 0).astype(np.uint8))
+    assert np.isfinite(found).all() and found[:, 130:].max() == 0
+
+
 def test_several_key_frames_teach_more_than_one():
     """In the second key the layer has turned green."""
     green = picture()[..., [1, 0, 2]]
@@ -168,7 +189,7 @@ def test_a_picture_with_alpha_is_cut_like_one_without():
 
 def test_a_colour_model_is_the_same_every_time():
     image = picture()
-    a, b = (matte.learn([matte.seed_box(image, BOX)]) for _ in range(2))
+    a, b = (matte.learn([matte.seed_outline(image, BODY)]) for _ in range(2))
     assert np.array_equal(a.inside, b.inside) and np.array_equal(a.outside, b.outside)
     assert np.isclose(a.inside.sum(), 1, atol=1e-3) and ((a.probability() >= 0) & (a.probability() <= 1)).all()
 
@@ -197,7 +218,9 @@ def test_a_layer_that_leaves_the_picture_is_traced_along_its_border():
     half = np.zeros((20, 30), np.float32)
     half[:, :12] = 1
     traced = matte.trace(half)
-    assert np.allclose(traced.min(axis=0), (-0.5, -0.5), atol=0.05) and np.allclose(traced.max(axis=0), (11.5, 19.5), atol=0.05)
+    assert np.allclose(traced.min(axis=0), (-0.5, -0.5), atol=0.05) and np.allclose(
+        traced.max(axis=0), (11.5, 19.5), atol=0.05
+    )
 
 
 # -- what cannot be used --------------------------------------------------------------------------------------

@@ -126,7 +126,7 @@ def test_a_key_frame_beyond_the_shot_is_refused(blob, number):
 
 @pytest.mark.parametrize("shift", [(300, 0), (0, 200), (-150, 0), (0, -120)])
 def test_an_outline_beside_the_picture_is_refused(blob, shift):
-    with pytest.raises(InputError, match="'blob', key 'rest'.*160 x 120"):
+    with pytest.raises(InputError, match=r"'blob', key 'rest'.*160 x 120"):
         models.learn(Part("blob", (KeyDrawing("rest", 0, outlined(RIM + shift)),)), blob)
 
 

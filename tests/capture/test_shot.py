@@ -75,7 +75,10 @@ def test_a_rate_is_kept_exactly(tmp_path):
 
 def test_numbers_out_of_arrays_are_written_as_numbers(tmp_path):
     outline = tuple((x, y) for x, y in np.array(LOOP))
-    shot = Shot(str(tmp_path / "a.mp4"), (Part(keys=(KeyDrawing("a", np.int64(3), outline),), color=tuple(np.uint8([1, 2, 3]))),))
+    shot = Shot(
+        str(tmp_path / "a.mp4"),
+        (Part(keys=(KeyDrawing("a", np.int64(3), outline),), color=tuple(np.uint8([1, 2, 3]))),),
+    )
     write_shot(shot, tmp_path / "a.shot.toml")
     part = read_shot(tmp_path / "a.shot.toml").parts[0]
     assert part.keys[0] == KeyDrawing("a", 3, LOOP) and part.color == (1, 2, 3)

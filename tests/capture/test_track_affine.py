@@ -65,7 +65,9 @@ FLIGHTS = {
 def test_a_drawing_moved_by_a_known_map_is_found(name):
     found = track_affine.align(face(), photographed(FLIGHTS[name]), np.eye(2, 3))
     assert off(found, FLIGHTS[name]) < 0.06  # pixels
-    assert track_affine.misfit(face(), photographed(FLIGHTS[name]), found) < 0.35  # the ink keeps its width: no perfect copy
+    assert (
+        track_affine.misfit(face(), photographed(FLIGHTS[name]), found) < 0.35
+    )  # the ink keeps its width: no perfect copy
 
 
 @pytest.mark.parametrize("name", ["shifts a fraction", "turns", "squashes"])
@@ -183,7 +185,9 @@ def test_telling_pixels_are_the_steepest_ones():
     assert (track_affine.telling(power, 1.0) == (power > 0)).all()
     few = track_affine.telling(power, 0.4)
     assert few.sum() == pytest.approx(2000, abs=2) and power[few].min() >= np.sort(power.ravel())[-2001]
-    assert track_affine.telling(power, 0.01).sum() == pytest.approx(1500, abs=2)  # never fewer: a small drawing needs all
+    assert track_affine.telling(power, 0.01).sum() == pytest.approx(
+        1500, abs=2
+    )  # never fewer: a small drawing needs all
 
 
 def test_a_start_is_left_as_it_was():

@@ -107,7 +107,9 @@ def test_the_misfit_is_in_pixels(bendy, template, pixels):
     shape = bendy.row(0, 1, 0.4)
     frame, alpha = bendy.layer(shape), exact(bendy, shape)
     at_rest = track_shape.misfit(template, frame, np.eye(2, 3), alpha, EVEN)
-    along, across = (track_shape.misfit(template, frame, away(shift), alpha, EVEN) for shift in ((pixels, 0), (0, pixels)))
+    along, across = (
+        track_shape.misfit(template, frame, away(shift), alpha, EVEN) for shift in ((pixels, 0), (0, pixels))
+    )
     assert at_rest < 0.2
     assert np.sqrt(max(along**2 + across**2 - 2 * at_rest**2, 0)) == pytest.approx(pixels, rel=0.3)
 

@@ -82,7 +82,7 @@ def test_a_mesh_covers_its_outline_and_keeps_all_its_edges(name):
 
 
 def spiky(seed):
-    """A point in each of up to 24 sectors, so that the loop round the centre never crosses itself, some very near it."""
+    """A point in each of up to 24 sectors: the loop never crosses itself, however near the centre some points come."""
     rng = np.random.default_rng(seed)
     count, depth = rng.integers(5, 25), rng.uniform(0, 6)
     angle = (np.arange(count) + rng.uniform(0.1, 0.9, count)) * 2 * np.pi / count

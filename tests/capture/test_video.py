@@ -82,13 +82,16 @@ def test_held_drawings_are_told(frog_motion: CartoonMotion):
     assert not held[np.setdiff1d(np.arange(len(drawing)), same)][key + 1 :].any()
 
 
-def test_a_walkers_parts_are_found_and_hang_on_each_other():
+def test_parts_hang_on_each_other_and_are_found_in_the_picture():
     toon = walker.walker()
-    motion = captured(toon)
-    for part in toon.parts:
-        assert motion.track(part.name).parent == part.parent
-    torso = next(part.name for part in toon.parts if not part.parent)
-    assert np.median(point_errors(motion, toon, torso)) < 1.0
+    frames = clip_of(np.stack([toon.frame(t) for t in range(8)]))
+    shot = write.shot_of(toon)
+    shot = replace(shot, parts=tuple(part for part in shot.parts if part.name in ("torso", "head")))
+    motion = video.capture(shot, frames)
+    assert [track.parent for track in motion.tracks] == ["", "torso"]
+    truth = toon.part("head").points[:8]
+    off = np.linalg.norm(motion.points("head")[:, : truth.shape[1]] - truth, axis=-1)
+    assert np.median(off) < 0.3
 
 
 def test_the_shot_may_begin_later_than_the_clip():
@@ -117,8 +120,8 @@ def test_a_colour_is_enough_to_start_from_where_a_layer_has_one():
     motion = video.capture(Shot("blob", (Part("blob", color=(40, 130, 60)),)), clip_of(np.stack(frames)))
     found = motion.outline("blob")
     for blob, outline in zip(blobs, found):
-        assert np.allclose(np.ptp(outline, axis=0), np.ptp(blob, axis=0), atol=1.0)
-        assert np.allclose(outline.max(axis=0), blob.max(axis=0), atol=0.7)
+        assert np.allclose(np.ptp(outline, axis=0), np.ptp(blob, axis=0), atol=1.5)
+        assert np.allclose(outline.max(axis=0), blob.max(axis=0), atol=1.0)
 
 
 def test_a_layer_that_leaves_is_told_and_holds_its_pose():

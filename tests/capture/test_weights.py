@@ -142,7 +142,9 @@ def test_many_frames_are_the_same_as_one_by_one():
     rng, rows, shapes = scene(6)
     tracked = shapes.mean(axis=0) + rng.normal(size=(9, *shapes.shape[1:])) * 20
     together = fit_weights(tracked, shapes, rows)
-    assert np.allclose(together, np.concatenate([fit_weights(frame[None], shapes, rows) for frame in tracked]), atol=1e-9)
+    assert np.allclose(
+        together, np.concatenate([fit_weights(frame[None], shapes, rows) for frame in tracked]), atol=1e-9
+    )
 
 
 # -- which rows may be mixed ----------------------------------------------------------------------------------
