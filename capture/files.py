@@ -129,9 +129,7 @@ def _full_disk(target: Path) -> Iterator[None]:
     except OSError as error:
         if error.errno not in FULL_DISK:
             raise
-        raise InputError(
-            f"{target}: the disk must have room for the output, it is full; delete something"
-        ) from error
+        raise InputError(f"{target}: the disk must have room for the output, it is full; delete something") from error
 
 
 def _unused_name() -> str:

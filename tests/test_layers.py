@@ -40,9 +40,7 @@ def test_fixtures_import_nothing_of_ours_but_types():
             continue
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
-                found += [
-                    (path.name, alias.name) for alias in node.names if _within(alias.name, ("capture",))
-                ]
+                found += [(path.name, alias.name) for alias in node.names if _within(alias.name, ("capture",))]
             elif isinstance(node, ast.ImportFrom) and _within(node.module or "", ("capture",)):
                 found += [(path.name, alias.name) for alias in node.names if not alias.name[0].isupper()]
     assert found == []

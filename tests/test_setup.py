@@ -119,9 +119,7 @@ def test_a_set_up_that_was_cut_short_is_made_anew(setup, project, pip):
     assert not setup.is_whole(project)
 
 
-def test_where_torch_cannot_be_had_the_rest_is_installed_and_one_line_says_so(
-    setup, project, pip, capsys, monkeypatch
-):
+def test_where_torch_cannot_be_had_the_rest_is_installed_and_one_line_says_so(setup, project, pip, capsys, monkeypatch):
     monkeypatch.setattr(setup.sys, "platform", "a toaster")
     pip.refused = ("torch==2.13.0",)
     setup.install(project, "")
@@ -129,9 +127,7 @@ def test_where_torch_cannot_be_had_the_rest_is_installed_and_one_line_says_so(
     said = [line for line in capsys.readouterr().out.splitlines() if "left out torch==2.13.0" in line]
     assert len(said) == 1 and "no wheel for a toaster" in said[0]
     assert setup.is_current(project, "")
-    assert not setup.is_current(
-        project, "somewhere/else"
-    )  # an address not tried yet is a reason to try again
+    assert not setup.is_current(project, "somewhere/else")  # an address not tried yet is a reason to try again
 
 
 def test_where_a_cpu_build_is_on_offer_it_is_taken(setup, project, pip):
@@ -157,9 +153,7 @@ def test_the_index_is_asked_for_torch_alone(setup, project, pip):
 
 def test_a_torch_that_is_there_is_kept(setup, project, pip):
     setup.install(project, "an/index")
-    (project / ".venv" / "lib" / "python3" / "site-packages" / "torch-2.13.0+cpu.dist-info").mkdir(
-        parents=True
-    )
+    (project / ".venv" / "lib" / "python3" / "site-packages" / "torch-2.13.0+cpu.dist-info").mkdir(parents=True)
     (project / "pyproject.toml").write_text("[project]\n# more\n")
     pip.calls.clear()
     setup.install(project, "")
@@ -169,9 +163,7 @@ def test_a_torch_that_is_there_is_kept(setup, project, pip):
 def test_the_newest_python_that_works_is_taken(tmp_path):
     pythons = _bare_machine(tmp_path)
     _program(pythons / "python3.14", "exit 127")  # a name without a Python behind it
-    _program(
-        pythons / "python3.12", 'case "$*" in *--check*) exit 1;; *-c*) exit 0;; esac; echo "3.12 runs $*"'
-    )
+    _program(pythons / "python3.12", 'case "$*" in *--check*) exit 1;; *-c*) exit 0;; esac; echo "3.12 runs $*"')
     _program(pythons / "python3", "exit 0")
     ran = _set_up(tmp_path, pythons)
     assert ran.stdout == "3.12 runs -I .ci/setup.py\n"
@@ -201,9 +193,7 @@ def test_every_requirement_is_pinned_within_its_bounds():
 def test_the_metadata_leaves_room_and_the_constraints_none():
     assert not [requirement for requirement in _requirements() if "==" in requirement]
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
-    assert all(
-        re.fullmatch(r"[\w.-]+==[\w.]+|#.*", line) for line in lines
-    )  # no address, no "+cpu", no range
+    assert all(re.fullmatch(r"[\w.-]+==[\w.]+|#.*", line) for line in lines)  # no address, no "+cpu", no range
 
 
 def test_no_registry_is_named_in_what_sets_up():

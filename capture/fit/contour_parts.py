@@ -58,7 +58,9 @@ def capture_parts(
             goal = affine.apply(maps[number], shape) + left
             if joint.parent:
                 parent = maps[names.index(joint.parent)]
-                bent = joint.pivot + shape[:, near[number]] - keyset.points[0, near[number]]  # where keys bend the joint to
+                bent = (
+                    joint.pivot + shape[:, near[number]] - keyset.points[0, near[number]]
+                )  # where keys bend the joint to
                 maps[number] = _about_joint(shape, goal, share, bent, affine.apply(parent, bent[:, None])[:, 0])
             else:
                 maps[number] = _weighted_fit(shape, goal, share)

@@ -57,7 +57,9 @@ def _least(gram: NDArray, bounds: tuple[float, float]) -> tuple[NDArray, NDArray
                 walk = np.zeros((size, len(rest)))
                 walk[rest, np.arange(len(rest))], walk[first] = 1, -1
                 slope = -(gram @ found[..., None])[..., 0] @ walk
-                found = found + (np.linalg.pinv(walk.T @ gram @ walk, hermitian=True) @ slope[..., None])[..., 0] @ walk.T
+                found = (
+                    found + (np.linalg.pinv(walk.T @ gram @ walk, hermitian=True) @ slope[..., None])[..., 0] @ walk.T
+                )
         inside = ((found >= low - 1e-9) & (found <= high + 1e-9)).all(axis=1)
         value = np.einsum("ti,tij,tj->t", found, gram, found)
         better = inside & (value < best)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.fit import keyimages, layer, track_affine, track_keys, track_shape
-from capture.fit.keyspace import KeySpace, extended_space
+from capture.fit.keyspace import KeySpace, extended_space, mix
 from capture.fit.layer import Layer
 from capture.motion import affine, keys
 from capture.motion.keys import KeySet
@@ -84,7 +84,8 @@ def seed(part: Part, pictures: list[NDArray]) -> list[Seed]:
     if part.box is not None:
         return [matte.seed_box(pictures[0], part.box)]
     raise InputError(
-        f"part {part.name!r} must say which pixels are its own: give its key an outline, or a box, a colour or scribbles"
+        f"part {part.name!r} must say which pixels are its own: give its key an outline, or a box, a colour or "
+        "scribbles"
     )
 
 
@@ -124,7 +125,7 @@ def mesh_shape(model: PartModel, alpha: NDArray) -> NDArray:
     """The part's mesh (N, 2), aligned, for mode weights (L,)."""
     if model.shape is None:
         return model.keyset.points[0]
-    return model.shape.space.mean + np.tensordot(alpha, model.shape.space.modes, axes=1)
+    return mix(model.shape.space, alpha)
 
 
 def key_frames(part: Part, clip: Clip, first: int) -> list[int]:

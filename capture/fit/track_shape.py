@@ -52,9 +52,7 @@ def shape_template(textures: list[Layer], place: MeshMap, space: KeySpace, keep:
         chosen = telling(power, keep if number == 0 else 1.0)
         points = points_of(number, power.shape, textures[0].origin)[chosen]
         step = 2**number
-        levels.append(
-            ShapeLevel(points, stack[:, chosen], fields[::step, ::step][chosen], float(power[chosen].mean()))
-        )
+        levels.append(ShapeLevel(points, stack[:, chosen], fields[::step, ::step][chosen], float(power[chosen].mean())))
     centre = 0.5 * (space.mean.min(axis=0) + space.mean.max(axis=0))
     scale = 0.5 * float(np.ptp(space.mean, axis=0).max())
     return ShapeTemplate(tuple(levels), centre, scale, np.maximum(space.spread, 1e-6))
@@ -82,11 +80,9 @@ def refine(
             difference = frame.sample(number, at) - target
             inner = ((at - frame.origin) / 2**number).astype(np.float32)
             gx, gy = (sample(slope, inner, np.zeros(4)) for slope in slopes)
-            moved = _step(template, level, bent, placed, alpha, difference, gx, gy)
-            before = affine.apply(placed, bent)
-            placed, alpha = moved
-            after = affine.apply(placed, level.points + level.modes @ alpha)
-            if np.abs(after - before).max() < still:
+            placed, alpha = _step(template, level, bent, placed, alpha, difference, gx, gy)
+            moved = affine.apply(placed, level.points + level.modes @ alpha) - at
+            if np.abs(moved).max() < still:
                 break
     return placed, alpha
 

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.motion import affine
+
 
 def inbetweens(keys: NDArray, faces: NDArray, rows: NDArray) -> NDArray:
     """Shapes (D, N, 2) for rows (D, 3) of [i, j, s]: key i, s of the way to key j, of keys (K, N, 2).
@@ -38,7 +40,7 @@ def _between(start: NDArray, end: NDArray, faces: NDArray, s: NDArray) -> NDArra
     """Shapes (S, N, 2) at parameters s (S,) of the way from `start` to `end` (N, 2)."""
     forth, back = _differences(start, faces), _differences(end, faces)
     way = forth.jacobians(end)  # (F, 2, 2)
-    angle = _unwrap(_turn(way), faces, forth.area)
+    angle = _unwrap(affine.turn(way), faces, forth.area)
     stretch = np.swapaxes(_rotation(angle), -1, -2) @ way  # symmetric
     turned_back = back.jacobians(start)
     stretch_back = _rotation(angle) @ turned_back
@@ -62,8 +64,6 @@ def carry(
     from scipy import sparse
     from scipy.sparse.linalg import splu
 
-    from capture.motion import affine
-
     count = len(mesh)
     differences = _differences(mesh, faces)
     rows = np.repeat(np.arange(len(handles)), handles.shape[1])
@@ -73,7 +73,7 @@ def carry(
     at_rest = mix @ mesh
     moved = affine.apply(affine.fit(at_rest, goals), mesh)
     for _ in range(rounds):
-        turns = _rotation(_turn(differences.jacobians(moved)))
+        turns = _rotation(affine.turn(differences.jacobians(moved)))
         last, moved = moved, solve(differences.divergence(turns) + pull * (mix.T @ goals))
         if np.abs(moved - last).max() < 1e-4 * np.ptp(mesh, axis=0).max():
             break
@@ -122,11 +122,6 @@ def _differences(rest: NDArray, faces: NDArray) -> _Differences:
     column = np.broadcast_to(faces[:, :, None], slopes.shape)
     operator = sparse.csr_matrix((slopes.ravel(), (row.ravel(), column.ravel())), shape=(2 * count, len(rest)))
     return _Differences(operator, np.where(thin, 0.0, np.abs(area)))
-
-
-def _turn(maps: NDArray) -> NDArray:
-    """The angle (...) of the rotation nearest to 2 x 2 maps: the closed-form polar decomposition."""
-    return np.arctan2(maps[..., 1, 0] - maps[..., 0, 1], maps[..., 0, 0] + maps[..., 1, 1])
 
 
 def _rotation(angle: NDArray) -> NDArray:

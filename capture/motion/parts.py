@@ -23,7 +23,9 @@ def soft_shares(points: NDArray, regions: list[NDArray], softness: float) -> NDA
     import shapely
 
     if not softness > 0:
-        raise InputError(f"a seam's softness must be above 0 pixels, got {softness:g}: say over how many pixels it blends")
+        raise InputError(
+            f"a seam's softness must be above 0 pixels, got {softness:g}: say over how many pixels it blends"
+        )
     points = np.asarray(points, float)
     depth = np.empty((len(points), len(regions)))  # pixels inside a region, negative outside
     for number, region in enumerate(regions):

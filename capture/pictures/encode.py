@@ -41,9 +41,7 @@ def write_clip(
     50 frames a second and 255 colours.  A folder holds 0000.png, 0001.png, ...; it keeps no times.
     """
     if not 0 < fps <= 1000:
-        raise InputError(
-            f"{path}: the frame rate must be above 0 and at most 1000, it is {fps}; give one such as 24"
-        )
+        raise InputError(f"{path}: the frame rate must be above 0 and at most 1000, it is {fps}; give one such as 24")
     write = _writer(path, background)
     alike = _alike(path, frames)
     if times is None:
@@ -96,9 +94,7 @@ def _write_gif(path: str | os.PathLike, frames: Timed, tick: Fraction) -> int:
         return write_gif(file, frames, tick)
 
 
-def _write_mp4(
-    path: str | os.PathLike, background: tuple[int, int, int], frames: Timed, tick: Fraction
-) -> int:
+def _write_mp4(path: str | os.PathLike, background: tuple[int, int, int], frames: Timed, tick: Fraction) -> int:
     """H.264 in yuv420p, the one form every player opens; its index stands in front, so it can be streamed."""
     opaque = ((_even(over(frame, background)), start, length) for frame, start, length in frames)
     with written_beside(path) as file:

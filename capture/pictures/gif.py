@@ -77,9 +77,7 @@ def delays(edges: ArrayLike) -> NDArray:
     spare = np.maximum.accumulate(np.round(100 * (edges - edges[0])).astype(int) - shortest)
     waits = np.diff(np.minimum(spare, end - SHORTEST * T) + shortest)
     if waits.max() > 65535:
-        raise InputError(
-            f"a GIF shows a frame for at most 655 s, one lasts {waits.max() / 100:.0f} s; write a video"
-        )
+        raise InputError(f"a GIF shows a frame for at most 655 s, one lasts {waits.max() / 100:.0f} s; write a video")
     return waits
 
 

@@ -189,6 +189,7 @@ def _bake(pixels: NDArray, colors: int) -> NDArray:
     import warnings
 
     from sklearn.mixture import GaussianMixture
+    from threadpoolctl import threadpool_limits
 
     some = pixels.reshape(-1, 3)
     if len(some) > 4000:
@@ -196,7 +197,8 @@ def _bake(pixels: NDArray, colors: int) -> NDArray:
     some = some.astype(float)
     colors = min(colors, len(np.unique(some, axis=0)), len(some) // 2)
     mixture = GaussianMixture(max(colors, 1), reg_covar=REACH_OF_COLOR**2, max_iter=40, random_state=0)
-    with warnings.catch_warnings():
+    # one thread: for matrices this small BLAS threads only wait for each other
+    with threadpool_limits(1), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # flat colours give fewer clusters than asked for: nothing is wrong
         mixture.fit(some)
     centres = (np.arange(BINS) + 0.5) * (256 / BINS) - 0.5

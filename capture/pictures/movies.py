@@ -102,16 +102,12 @@ def _without_broken_tail(path: Path, source: Source, index: Index) -> Index:
     for key in index.keys[::-1]:
         whole = [n for n, frame in _decode_from(source, index, key) if n >= key and not frame.is_corrupt]
         if whole != sorted(whole):
-            raise InputError(
-                f"{path}: a video's time stamps must follow its pictures, these do not; convert it to mp4"
-            )
+            raise InputError(f"{path}: a video's time stamps must follow its pictures, these do not; convert it to mp4")
         if whole and whole[0] == key:
             T = key + int(np.sum(np.array(whole) == key + np.arange(len(whole))))
             pts, dts, lasts = index.pts[:T], index.dts[:T], index.lasts[:T]
             return replace(index, pts=pts, dts=dts, lasts=lasts, keys=index.keys[index.keys < T])
-    raise InputError(
-        f"{path}: a video must hold frames that decode, none of its {len(index.pts)} does; make it again"
-    )
+    raise InputError(f"{path}: a video must hold frames that decode, none of its {len(index.pts)} does; make it again")
 
 
 def _timing(index: Index) -> tuple[NDArray, float]:
@@ -147,9 +143,7 @@ def _fetcher(
                 # Old containers seek past the mark: only their start is sure.
                 coming, at = _decode_from(source, index, 0), -1
             at = len(index.pts)
-        raise InputError(
-            f"{path}: every frame must decode, frame {i} does not; end with stop={i} or encode it again"
-        )
+        raise InputError(f"{path}: every frame must decode, frame {i} does not; end with stop={i} or encode it again")
 
     return fetch
 

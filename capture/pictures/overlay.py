@@ -123,9 +123,7 @@ def _outline(picture: NDArray, points: NDArray, color: tuple[int, int, int]) -> 
         cv2.circle(picture, tuple(int(v) for v in point), 2 << SHIFT, color, -1, cv2.LINE_AA, SHIFT)
 
 
-def _bars(
-    picture: NDArray, names: Sequence[str], weights: NDArray, color: tuple[int, int, int], number: int
-) -> None:
+def _bars(picture: NDArray, names: Sequence[str], weights: NDArray, color: tuple[int, int, int], number: int) -> None:
     """A row for every key: its name, a line at 0, and a bar as long as its weight."""
     left, top = 8 + number * (BAR + 110), 8
     zero = left + 74 + BAR // 4

@@ -52,9 +52,7 @@ def read_folder(path: Path) -> Clip:
         key=_natural_order,
     )
     if not files:
-        raise InputError(
-            f"{path}: a folder must hold pictures ({', '.join(SUFFIXES)}), this has none; fill it"
-        )
+        raise InputError(f"{path}: a folder must hold pictures ({', '.join(SUFFIXES)}), this has none; fill it")
     has_alpha, size = False, None
     for file in files:
         with _damage_told(file), Image.open(file, formats=FORMATS) as image:
@@ -130,9 +128,7 @@ def told_short(path: Path, promised: int, count: int) -> str:
 
 def _still(path: Path, picture: NDArray) -> Clip:
     size, edges = (picture.shape[1], picture.shape[0]), np.arange(2) / DEFAULT_FPS
-    return Clip(
-        str(path), size, DEFAULT_FPS, edges, picture.shape[2] == 4, (), remembering(lambda i: picture, size)
-    )
+    return Clip(str(path), size, DEFAULT_FPS, edges, picture.shape[2] == 4, (), remembering(lambda i: picture, size))
 
 
 def _sheet(path: Path, sheet: NDArray, tile: tuple[int, int]) -> Clip:

@@ -185,13 +185,9 @@ def _target(part: CastPart, cast: Cast, track: Track) -> Target:
 def _checked(cast: Cast) -> Cast:
     for part in cast.parts:
         if part.between not in BETWEEN:
-            raise InputError(
-                f"part {part.name!r}: between must be one of {', '.join(BETWEEN)}, it is {part.between!r}"
-            )
+            raise InputError(f"part {part.name!r}: between must be one of {', '.join(BETWEEN)}, it is {part.between!r}")
         if not 0 < part.height < np.inf:
-            raise InputError(
-                f"part {part.name!r}: height must be above 0, times the source's, it is {part.height}"
-            )
+            raise InputError(f"part {part.name!r}: height must be above 0, times the source's, it is {part.height}")
         for key in part.keys or (CastKey(REST),):
             if not (key.drawing or part.drawing):
                 whose = f"key {key.name!r} of part {part.name!r}" if part.keys else f"part {part.name!r}"

@@ -55,8 +55,7 @@ class Drawing:
             here = points[start : start + len(first.points)]
             start += len(first.points)
             fill, stroke = (
-                _mixed([getattr(version, which) for version in versions], weights)
-                for which in ("fill", "stroke")
+                _mixed([getattr(version, which) for version in versions], weights) for which in ("fill", "stroke")
             )
             if isinstance(fill, Gradient) or isinstance(stroke, Gradient):
                 place = affine.fit(first.points, here)
@@ -65,9 +64,7 @@ class Drawing:
             opacity = float(np.clip(weights @ [version.opacity for version in versions], 0, 1))
             dashes = tuple(scale * length for length in first.dashes)
             drawn.append(
-                replace(
-                    first, points=here, fill=fill, stroke=stroke, width=width, dashes=dashes, opacity=opacity
-                )
+                replace(first, points=here, fill=fill, stroke=stroke, width=width, dashes=dashes, opacity=opacity)
             )
         return drawn
 
@@ -96,9 +93,7 @@ def drawing(
     drawn, faces, outline, joints = limbs.joined(found)
     aligned, removed = keys.align(drawn, outline)
     keyset = KeySet(tuple(names), aligned, faces, outline, keys.inbetween_rows(len(names)), removed)
-    controls = np.stack(
-        [np.concatenate([of_keys[k].points for of_keys in elements]) for k in range(len(names))]
-    )
+    controls = np.stack([np.concatenate([of_keys[k].points for of_keys in elements]) for k in range(len(names))])
     carry = limbs.embedded(found, elements)
     leftover = affine.apply(affine.invert(removed), controls) - np.stack([carry @ shape for shape in aligned])
     home = tuple(_gradients_at_home(of_keys) for of_keys in elements)
@@ -106,9 +101,7 @@ def drawing(
     return Drawing(part, keyset, box, carry, leftover, home, between, joints=joints)
 
 
-def outline_drawing(
-    part: str, keyset: KeySet, fill: Paint, stroke: Paint = None, width: float = 0.0
-) -> Drawing:
+def outline_drawing(part: str, keyset: KeySet, fill: Paint, stroke: Paint = None, width: float = 0.0) -> Drawing:
     """A key set as a character: its outline, painted; the mesh is the key set's, point for point."""
     from scipy import sparse
 
@@ -144,15 +137,11 @@ def _check_alike(versions: list[list[DrawnPath]], files: list[str]) -> None:
     for version, file in zip(versions[1:], files[1:], strict=True):
         rule = f"{file} must hold the same elements as {files[0]}, in the same order"
         if len(version) != len(first):
-            raise InputError(
-                f"{rule}: it has {len(version)} painted elements, not {len(first)}; draw the same ones"
-            )
+            raise InputError(f"{rule}: it has {len(version)} painted elements, not {len(first)}; draw the same ones")
         for here, there in zip(first, version, strict=True):
             difference = _difference(here, there)
             if difference:
-                raise InputError(
-                    f"{rule}: its element {there.name} {difference}; edit a copy of the first key instead"
-                )
+                raise InputError(f"{rule}: its element {there.name} {difference}; edit a copy of the first key instead")
 
 
 def _difference(first: DrawnPath, other: DrawnPath) -> str:
@@ -181,9 +170,7 @@ def _kind(paint: Paint) -> str:
 
 def _evenly(of_keys: tuple[DrawnPath, ...], step: float) -> list[DrawnPath]:
     """One path in its K keys, long curves cut alike, all wound for the non-zero rule as key 0 needs it."""
-    hulls = np.stack(
-        [np.linalg.norm(np.diff(paths.pieces(path), axis=1), axis=-1).sum(-1) for path in of_keys]
-    )
+    hulls = np.stack([np.linalg.norm(np.diff(paths.pieces(path), axis=1), axis=-1).sum(-1) for path in of_keys])
     counts = np.clip(np.ceil(hulls.max(axis=0) / (1.5 * step)), 1, 40).astype(int)
     turn = paths.windings(of_keys[0])
     return [paths.wound(paths.split(path, counts), turn) for path in of_keys]
@@ -196,9 +183,7 @@ def _gradients_at_home(of_keys: list[DrawnPath]) -> tuple[DrawnPath, ...]:
         back = affine.identity()
         if path is not of_keys[0] and (isinstance(path.fill, Gradient) or isinstance(path.stroke, Gradient)):
             back = affine.invert(affine.fit(of_keys[0].points, path.points))
-        home.append(
-            replace(path, fill=paths.carried(path.fill, back), stroke=paths.carried(path.stroke, back))
-        )
+        home.append(replace(path, fill=paths.carried(path.fill, back), stroke=paths.carried(path.stroke, back)))
     return tuple(home)
 
 

@@ -17,9 +17,7 @@ def silhouette_of(version: list[DrawnPath]) -> object:
     union = shapely.union_all([paths.painted(path) for path in version])
     pieces = [piece for piece in getattr(union, "geoms", [union]) if piece.area > 0]
     if not pieces:
-        raise InputError(
-            "a drawing must paint an area, all its shapes are empty: give them a fill or a stroke"
-        )
+        raise InputError("a drawing must paint an area, all its shapes are empty: give them a fill or a stroke")
     return shapely.union_all([shapely.Polygon(piece.exterior) for piece in pieces])
 
 
@@ -95,9 +93,7 @@ def embedding(mesh: NDArray, faces: NDArray, points: NDArray) -> object:
     away = shares[..., None] * (points[:, None] - mesh[corners]) * near[:, None, None]  # (P, 3, 2)
     carried = flat
     for axis in (0, 1):
-        slope = sparse.csr_matrix(
-            (slopes[..., axis].ravel(), (number, faces.ravel())), shape=(len(faces), len(mesh))
-        )
+        slope = sparse.csr_matrix((slopes[..., axis].ravel(), (number, faces.ravel())), shape=(len(faces), len(mesh)))
         bend = sparse.csr_matrix((away[..., axis].ravel(), (count, corners.ravel())), shape=shape)
         carried = carried + bend @ (gather @ slope)
     return carried.tocsr()
@@ -108,6 +104,4 @@ def _slopes(mesh: NDArray, faces: NDArray) -> tuple[NDArray, NDArray]:
     corners = mesh[faces]
     edges = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=-1)
     inverse = np.linalg.inv(edges)
-    return np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1), 0.5 * np.abs(
-        np.linalg.det(edges)
-    )
+    return np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1), 0.5 * np.abs(np.linalg.det(edges))

@@ -129,17 +129,10 @@ def windings(path: DrawnPath) -> NDArray:
         return turn
     rings = flatten(path)
     areas = np.array([_area(ring) for ring in rings])
-    solids = [
-        shapely.make_valid(shapely.Polygon(ring)) if len(ring) > 3 else shapely.Point(ring[0])
-        for ring in rings
-    ]
+    solids = [shapely.make_valid(shapely.Polygon(ring)) if len(ring) > 3 else shapely.Point(ring[0]) for ring in rings]
     inner = [solid.representative_point() for solid in solids]
     for number, point in enumerate(inner):
-        around = [
-            k
-            for k, solid in enumerate(solids)
-            if abs(areas[k]) > abs(areas[number]) and solid.contains(point)
-        ]
+        around = [k for k, solid in enumerate(solids) if abs(areas[k]) > abs(areas[number]) and solid.contains(point)]
         turn[number] = (areas[number] > 0) == bool(len(around) % 2)
     return turn
 

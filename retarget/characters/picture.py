@@ -62,9 +62,7 @@ class Picture:
         else:
             shares = np.clip(weights, 0, None) / np.clip(weights, 0, None).sum()
             mixed = tuple(
-                (layer, float(share))
-                for layer, share in zip(self.layers, shares, strict=True)
-                if share > 1e-3
+                (layer, float(share)) for layer, share in zip(self.layers, shares, strict=True) if share > 1e-3
             )
         return [DrawnPicture(points, self.keys.faces, (self.keys.outline,), mixed, scale)]
 
@@ -181,7 +179,5 @@ def _sizes(image: NDArray) -> tuple[NDArray, ...]:
     sizes = [pixels]
     while min(sizes[-1].shape[:2]) > 16:
         height, width = sizes[-1].shape[:2]
-        sizes.append(
-            cv2.resize(sizes[-1], ((width + 1) // 2, (height + 1) // 2), interpolation=cv2.INTER_AREA)
-        )
+        sizes.append(cv2.resize(sizes[-1], ((width + 1) // 2, (height + 1) // 2), interpolation=cv2.INTER_AREA))
     return tuple(sizes)

@@ -31,9 +31,7 @@ def read_svg(path: str | Path) -> tuple[list[DrawnPath], list[str]]:
     path = Path(path)
     root = _parse(path)
     gradients = {
-        element.get("id"): element
-        for element in root.iter()
-        if _tag(element) in ("linearGradient", "radialGradient")
+        element.get("id"): element for element in root.iter() if _tag(element) in ("linearGradient", "radialGradient")
     }
     notes = _leave_out(root)
     clean = io.BytesIO(ElementTree.tostring(root))
@@ -44,9 +42,7 @@ def read_svg(path: str | Path) -> tuple[list[DrawnPath], list[str]]:
     drawn = []
     _walk(document, 1.0, gradients, drawn, notes)
     if not drawn:
-        raise InputError(
-            f"{path} must hold at least one shape with a fill or a stroke, there is none: draw one"
-        )
+        raise InputError(f"{path} must hold at least one shape with a fill or a stroke, there is none: draw one")
     return drawn, sorted(set(notes))
 
 

@@ -18,9 +18,7 @@ from retarget.stage.perform import Performance
 from retarget.stage.warp import warp
 
 
-def draw(
-    performance: Performance, t: int, background: Any = None, size: tuple[int, int] | None = None
-) -> NDArray:
+def draw(performance: Performance, t: int, background: Any = None, size: tuple[int, int] | None = None) -> NDArray:
     """Frame t as uint8 (H, W, 4), straight alpha; over a `background` it is opaque (H, W, 3).
 
     The background is a colour ("white", "#fed", (255, 0, 0)) or an image (H, W, 3 | 4); `size` is width and
@@ -31,24 +29,18 @@ def draw(
     return draw_things(performance.posed(t, zoom), size, background)
 
 
-def draw_frames(
-    performance: Performance, background: Any = None, size: int | None = None
-) -> Iterator[NDArray]:
+def draw_frames(performance: Performance, background: Any = None, size: int | None = None) -> Iterator[NDArray]:
     """All frames in turn, `size` pixels wide; a background may also be a sequence of frames."""
     width, height = performance.size
     if size is not None:
         if size < 1:
-            raise InputError(
-                f"the picture's width must be at least 1 pixel, it came as {size}: give a larger --size"
-            )
+            raise InputError(f"the picture's width must be at least 1 pixel, it came as {size}: give a larger --size")
         width, height = size, max(1, round(height * size / width))
     for t in range(len(performance.times)):
         yield draw(performance, t, _background_at(background, t), (width, height))
 
 
-def draw_things(
-    things: Sequence[DrawnPath | DrawnPicture], size: tuple[int, int], background: Any = None
-) -> NDArray:
+def draw_things(things: Sequence[DrawnPath | DrawnPicture], size: tuple[int, int], background: Any = None) -> NDArray:
     """Drawn paths and pictures, back to front, on a page of `size` (width, height)."""
     page = _Page(*size)
     if background is not None:
@@ -78,22 +70,16 @@ def _backdrop(background: Any, size: tuple[int, int]) -> NDArray:
 
     if isinstance(background, str):
         if not is_color_like(background):
-            raise InputError(
-                f"a background must be a colour such as white or #ffeedd, or an image, got {background!r}"
-            )
+            raise InputError(f"a background must be a colour such as white or #ffeedd, or an image, got {background!r}")
         return np.round(255 * np.array(to_rgb(background)))
     background = np.asarray(background)
     if background.ndim == 1 and len(background) >= 3:
         return background[:3]
     if background.ndim != 3 or background.shape[2] not in (3, 4):
-        raise InputError(
-            f"a background image must be (H, W, 3 or 4), got an array of shape {background.shape}"
-        )
+        raise InputError(f"a background image must be (H, W, 3 or 4), got an array of shape {background.shape}")
     if background.shape[1::-1] != tuple(size):
         smaller = background.shape[1] > size[0]
-        background = cv2.resize(
-            background, size, interpolation=cv2.INTER_AREA if smaller else cv2.INTER_LINEAR
-        )
+        background = cv2.resize(background, size, interpolation=cv2.INTER_AREA if smaller else cv2.INTER_LINEAR)
     if background.shape[2] == 4:
         alpha = background[..., 3:] / 255
         background = np.round(background[..., :3] * alpha + 255 * (1 - alpha))
@@ -136,9 +122,7 @@ def _draw_path(page: _Page, path: DrawnPath) -> None:
         fill, stroke = (_faded(paint, path.opacity) for paint in (path.fill, path.stroke))
         page.agg.draw_path(_pen(path, stroke), outline, page.place, fill)
         return
-    window = page.window(
-        path.points, path.width * (2 if path.join == "miter" else 1) if path.stroke is not None else 0
-    )
+    window = page.window(path.points, path.width * (2 if path.join == "miter" else 1) if path.stroke is not None else 0)
     if whole or path.opacity >= 1:
         target, opacity = page, path.opacity
     else:  # fill and stroke fade as one
@@ -207,9 +191,7 @@ def _coverage(spare: _Page, path: Any, outline: Any, stroked: bool, window: tupl
     """How much of each pixel of the window (h, w) the fill or the stroke covers, 0-1."""
     white = (1.0, 1.0, 1.0, 1.0)
     spare.pixels[window] = 0
-    spare.agg.draw_path(
-        _pen(path, white if stroked else None), outline, spare.place, None if stroked else white
-    )
+    spare.agg.draw_path(_pen(path, white if stroked else None), outline, spare.place, None if stroked else white)
     cover = spare.pixels[window][..., 3] / 255.0
     spare.pixels[window] = 0
     return cover

@@ -46,9 +46,7 @@ class Performance:
         """Everything seen in frame t, back to front; `zoom` enlarges the stage about its top-left corner."""
         seen = [role for role in self.roles if role.visible[t]]
         things = []
-        for role in sorted(
-            seen, key=lambda role: role.order[t]
-        ):  # stable: equal orders keep the tracks' order
+        for role in sorted(seen, key=lambda role: role.order[t]):  # stable: equal orders keep the tracks' order
             points = role.points[t] if zoom == 1 else (role.points[t] + 0.5) * zoom - 0.5
             things += role.target.posed(points, role.weights[t], role.scale * zoom)
         return things
@@ -57,9 +55,7 @@ class Performance:
 def perform(motion: CartoonMotion, targets: Iterable[Target]) -> Performance:
     """Let targets play a motion; parts that no target plays are not seen."""
     if motion.space != "pixels, y down":
-        raise InputError(
-            f"a drawing needs a motion in pixels, y down, this one is in {motion.space}: project it first"
-        )
+        raise InputError(f"a drawing needs a motion in pixels, y down, this one is in {motion.space}: project it first")
     targets = list(targets)
     played = {target.part: target for target in targets}
     if len(played) < len(targets):
@@ -75,9 +71,7 @@ def perform(motion: CartoonMotion, targets: Iterable[Target]) -> Performance:
     return Performance(roles, motion.times, motion.fps, motion.size)
 
 
-def _role(
-    motion: CartoonMotion, target: Target, pivots: dict[str, NDArray], stands: dict[str, NDArray]
-) -> Role:
+def _role(motion: CartoonMotion, target: Target, pivots: dict[str, NDArray], stands: dict[str, NDArray]) -> Role:
     track = motion.track(target.part)
     rest = target.keys.names == (REST,)
     rows = np.zeros((1, 3)) if rest else track.rows

@@ -38,6 +38,11 @@ def rows():
 def _wobbles():
     angle = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     base = np.column_stack([100 * np.cos(angle), 70 * np.sin(angle)])
-    bends = (0 * base, [20, 0] * np.sin(2 * angle)[:, None], [0, 25] * np.cos(3 * angle)[:, None], 15 * np.cos(base / 30))
+    bends = (
+        0 * base,
+        [20, 0] * np.sin(2 * angle)[:, None],
+        [0, 25] * np.cos(3 * angle)[:, None],
+        15 * np.cos(base / 30),
+    )
     keyset = keys.keyset(("a", "b", "c", "d"), np.stack([base + bend for bend in bends]))
     return keyset, keys.shapes(keyset)

@@ -32,9 +32,7 @@ def video(path, codec="libx264", layout="yuv420p", pts=None, count=60, **options
     """A counting video straight from the encoder: what other programs may hand us."""
     tick = Fraction(1, 25) if pts is None else Fraction(1, 1000)
     with av.open(str(path), "w") as container:
-        stream = container.add_stream(
-            codec, rate=25, options={k.replace("_", "-"): v for k, v in options.items()}
-        )
+        stream = container.add_stream(codec, rate=25, options={k.replace("_", "-"): v for k, v in options.items()})
         stream.width, stream.height, stream.pix_fmt = W, H, layout
         stream.codec_context.time_base, stream.codec_context.gop_size = tick, 12
         for t in range(count):
@@ -306,9 +304,7 @@ def test_gif_disposals_come_out_as_whole_pictures(tmp_path, disposal):
         dot = np.zeros((H, W, 4), np.uint8)
         dot[10:20, 20 * t : 20 * t + 10] = (255, 0, 0, 255)
         dots.append(Image.fromarray(dot))
-    dots[0].save(
-        tmp_path / "a.gif", save_all=True, append_images=dots[1:], duration=100, disposal=disposal, loop=0
-    )
+    dots[0].save(tmp_path / "a.gif", save_all=True, append_images=dots[1:], duration=100, disposal=disposal, loop=0)
     clip = read_clip(tmp_path / "a.gif")
     seen = [[bool(frame[15, 20 * t + 5, 3]) for t in range(3)] for frame in clip]
     assert seen == (np.tri(3) if disposal == 1 else np.eye(3)).astype(bool).tolist()
@@ -316,9 +312,7 @@ def test_gif_disposals_come_out_as_whole_pictures(tmp_path, disposal):
 
 def test_the_stand_in_picture_of_an_apng_is_no_frame(tmp_path):
     frames = [Image.fromarray(counter(t)) for t in range(4)]
-    frames[0].save(
-        tmp_path / "a.png", save_all=True, append_images=frames[1:], duration=100, default_image=True
-    )
+    frames[0].save(tmp_path / "a.png", save_all=True, append_images=frames[1:], duration=100, default_image=True)
     assert [number(frame) for frame in read_clip(tmp_path / "a.png")] == [1, 2, 3]
 
 
@@ -351,9 +345,7 @@ def test_frames_in_memory_are_a_clip_too():
     assert len(clip) == 5 and clip.fps == 12 and clip.size == (W, H)
     assert np.array_equal(np.stack(list(clip)), frames) and frames.flags.writeable
     timed = clip_of(iter(frames), times=[1.0, 1.5, 2.0, 4.0, 4.5])
-    assert np.allclose(timed.times, [0, 0.5, 1, 3, 3.5]) and np.allclose(
-        timed.durations, [0.5, 0.5, 2, 0.5, 0.5]
-    )
+    assert np.allclose(timed.times, [0, 0.5, 1, 3, 3.5]) and np.allclose(timed.durations, [0.5, 0.5, 2, 0.5, 0.5])
     assert np.allclose(clip_of(frames, times=[0, 1, 2, 3, 4, 9]).durations, [1, 1, 1, 1, 5])
 
 

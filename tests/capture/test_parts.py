@@ -37,7 +37,9 @@ def swung(frames: int = 12) -> tuple[np.ndarray, np.ndarray]:
     """True plain maps of upper and lower arm (2, T, 2, 3): both swing and stretch, joined at (100, 0)."""
     t = np.linspace(0, 2 * np.pi, frames)
     upper = affine.about(_maps(0.4 * np.sin(t), 1 + 0.2 * np.sin(2 * t), (40 * np.sin(t), 10 * t)), np.zeros(2))
-    lower = affine.compose(upper, affine.about(_maps(0.8 * np.sin(t + 1), 1 + 0.1 * np.cos(t), (0, 0)), np.array([100.0, 0])))
+    lower = affine.compose(
+        upper, affine.about(_maps(0.8 * np.sin(t + 1), 1 + 0.1 * np.cos(t), (0, 0)), np.array([100.0, 0]))
+    )
     return upper, lower
 
 

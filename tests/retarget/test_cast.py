@@ -88,9 +88,7 @@ def test_one_drawing_plays_a_part_with_one_key_whatever_its_name(worm, by_hand):
 
 
 def test_a_part_with_a_drawing_and_no_keys_keeps_its_shape(tmp_path, worm, motion):
-    (tmp_path / "c.cast.toml").write_text(
-        '[[parts]]\nname = "egg"\ndrawing = "worm_sit.svg"\npivot = [1, 2]\n'
-    )
+    (tmp_path / "c.cast.toml").write_text('[[parts]]\nname = "egg"\ndrawing = "worm_sit.svg"\npivot = [1, 2]\n')
     (target,) = targets(read_cast(tmp_path / "c.cast.toml"), motion)
     assert target.keys.names == ("rest",)
     assert tuple(target.pivot) == (1, 2)
@@ -155,9 +153,7 @@ def test_a_missing_cast_and_missing_drawings_are_refused(tmp_path, motion):
 
 def test_keys_that_do_not_match_the_motions_are_refused(worm, motion):
     keys = (CastKey("sit", str(worm[0])), CastKey("jump", str(worm[1])))
-    with pytest.raises(
-        InputError, match="part 'egg': the motion uses keys sit, lean, the target has sit, jump"
-    ):
+    with pytest.raises(InputError, match="part 'egg': the motion uses keys sit, lean, the target has sit, jump"):
         targets(Cast((CastPart("egg", keys),)), motion)
     with pytest.raises(InputError, match="the target has sit:"):
         targets(cast_of(worm[0], motion), motion)

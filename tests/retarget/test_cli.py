@@ -26,7 +26,9 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
     toon = ball.ball()
     write.write_toon(toon, folder, clip_of(np.stack([toon.frame(t) for t in range(8)])))
     assert main(["capture", str(folder / "ball.shot.toml"), "-o", str(folder / "ball.motion.json")]) == 0
-    square = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><path d="M1 1 L8 1 L8 8 L1 8 Z" fill="#c33"/></svg>'
+    square = (
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><path d="M1 1 L8 1 L8 8 L1 8 Z" fill="#c33"/></svg>'
+    )
     (folder / "square.svg").write_text(square)
     return folder
 
@@ -97,13 +99,17 @@ def test_fixtures_are_written_with_their_truth(tmp_path: Path):
     write.write_toon(toon, tmp_path, clip_of(np.stack([toon.frame(t) for t in range(2)])))
     truth = np.load(tmp_path / "ball.truth.npz")
     assert np.array_equal(truth["ball/points"], toon.parts[0].points)
-    assert np.allclose(read_shot(tmp_path / "ball.shot.toml").parts[0].outlines()[0], toon.parts[0].points[0], atol=1e-3)
+    assert np.allclose(
+        read_shot(tmp_path / "ball.shot.toml").parts[0].outlines()[0], toon.parts[0].points[0], atol=1e-3
+    )
 
 
 def test_a_truncated_clip_is_used_as_far_as_it_goes_and_that_is_said(short: Path, tmp_path: Path, capsys):
     toon = ball.ball()
     rng = np.random.default_rng(0)
-    noisy = [np.clip(toon.frame(t) + rng.normal(0, 8, toon.background.shape), 0, 255).astype(np.uint8) for t in range(8)]
+    noisy = [
+        np.clip(toon.frame(t) + rng.normal(0, 8, toon.background.shape), 0, 255).astype(np.uint8) for t in range(8)
+    ]
     write_clip(tmp_path / "whole.mp4", noisy)
     whole = (tmp_path / "whole.mp4").read_bytes()
     if whole.find(b"moov") > whole.find(b"mdat"):
@@ -119,7 +125,9 @@ def test_a_truncated_clip_is_used_as_far_as_it_goes_and_that_is_said(short: Path
 
 
 def test_a_missing_clip_is_refused(tmp_path: Path, capsys):
-    assert "no such file" in refused(capsys, tmp_path, "capture", tmp_path / "none.mp4", *BOX, "-o", tmp_path / "a.json")
+    assert "no such file" in refused(
+        capsys, tmp_path, "capture", tmp_path / "none.mp4", *BOX, "-o", tmp_path / "a.json"
+    )
 
 
 def test_a_file_that_is_no_video_is_refused(tmp_path: Path, capsys):
@@ -185,7 +193,9 @@ def test_a_misspelt_command_is_refused(tmp_path: Path, capsys, words: list[str],
 
 
 def test_the_help_is_quick_and_names_every_command():
-    said = subprocess.run([sys.executable, "-X", "importtime", "-m", "retarget.cli", "--help"], capture_output=True, text=True)
+    said = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "retarget.cli", "--help"], capture_output=True, text=True
+    )
     assert said.returncode == 0
     for command in ("demo", "fixtures", "capture", "overlay", "retarget"):
         assert command in said.stdout

@@ -85,8 +85,7 @@ def test_round_caps_add_half_a_disc_at_each_end_and_square_ones_half_a_square():
     line = replace(polygon([(20, 20), (44, 20)]), fill=None, stroke=WHITE, width=8)
     line = replace(line, points=line.points[:4], starts=np.array([0, 4]), closed=np.array([False]))
     area = {
-        cap: draw_things([replace(line, cap=cap)], (64, 40))[..., 3].sum() / 255
-        for cap in ("butt", "round", "square")
+        cap: draw_things([replace(line, cap=cap)], (64, 40))[..., 3].sum() / 255 for cap in ("butt", "round", "square")
     }
     assert area["butt"] == pytest.approx(24 * 8, rel=0.01)
     assert area["round"] == pytest.approx(24 * 8 + np.pi * 16, rel=0.02)
@@ -103,9 +102,7 @@ def test_dashes_leave_gaps():
 @pytest.mark.parametrize("turned", [False, True])
 def test_an_even_odd_hole_is_a_hole_whichever_way_it_runs(turned):
     hole = box(3.5, 3.5, 7.5, 7.5)
-    image = draw_things(
-        [polygon(box(0.5, 0.5, 10.5, 10.5), hole[::-1] if turned else hole, evenodd=True)], (12, 12)
-    )
+    image = draw_things([polygon(box(0.5, 0.5, 10.5, 10.5), hole[::-1] if turned else hole, evenodd=True)], (12, 12))
     assert image[..., 3].sum() / 255 == pytest.approx(100 - 16, abs=0.2)
     assert image[5, 5, 3] == 0
 
@@ -119,9 +116,7 @@ def test_a_linear_gradient_runs_from_its_first_to_its_last_colour():
     np.testing.assert_allclose(image[4, :, 0], 1 - t, atol=0.01)
     np.testing.assert_allclose(image[4, :, 2], t, atol=0.01)
     for spread, beyond in (("reflect", 0.6), ("repeat", 0.4)):
-        again = draw_things(
-            [polygon(box(-0.5, -0.5, 20.5, 9.5), fill=replace(gradient, spread=spread))], (21, 10)
-        )
+        again = draw_things([polygon(box(-0.5, -0.5, 20.5, 9.5), fill=replace(gradient, spread=spread))], (21, 10))
         assert again[4, 19, 2] / 255 == pytest.approx(beyond, abs=0.01)
 
 

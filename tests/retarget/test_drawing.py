@@ -127,9 +127,7 @@ def test_the_embedding_reproduces_affine_maps_and_nearly_a_bend(by_hand):
     move = np.array([[0.5, -2, 30], [1, 0.3, -8]])
     np.testing.assert_allclose(carry @ affine.apply(move, mesh), affine.apply(move, points), atol=1e-9)
     bent = carry @ by_hand.lean(mesh, 40.0)
-    assert (
-        np.abs(bent - by_hand.lean(points, 40.0)).max() < 0.05
-    )  # pixels; a flat face alone is 5 times worse
+    assert np.abs(bent - by_hand.lean(points, 40.0)).max() < 0.05  # pixels; a flat face alone is 5 times worse
 
 
 def test_an_outline_drawing_is_painted_along_the_mesh(by_hand):

@@ -80,9 +80,7 @@ def test_key_0_stands_on_the_sources_ground_and_is_as_tall(worm, by_hand):
 
 def test_twice_the_height_is_the_same_motion_twice_as_large_about_its_foot(by_hand):
     motion = walking(by_hand)
-    one, two = (
-        perform(motion, [itself(motion, part, height=h) for part in ("egg", "arm")]) for h in (1.0, 2.0)
-    )
+    one, two = (perform(motion, [itself(motion, part, height=h) for part in ("egg", "arm")]) for h in (1.0, 2.0))
     foot = np.array([160.0, 200.0])
     for a, b in zip(one.roles, two.roles, strict=True):
         np.testing.assert_allclose(b.points, foot + 2 * (a.points - foot), atol=1e-9)
@@ -145,9 +143,7 @@ def test_zoom_moves_pixel_corners_not_centres(by_hand):
 def test_keys_that_are_not_the_motions_are_refused(worm, by_hand):
     motion = tumbling(by_hand)
     character = read_drawing("egg", ("sit", "jump"), worm)
-    with pytest.raises(
-        InputError, match=r"part 'egg': the motion uses keys sit, lean, the target has sit, jump"
-    ):
+    with pytest.raises(InputError, match=r"part 'egg': the motion uses keys sit, lean, the target has sit, jump"):
         perform(motion, [character])
 
 

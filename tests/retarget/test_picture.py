@@ -48,9 +48,7 @@ def test_a_still_picture_is_itself(photos, by_hand):
     shown = draw(perform(motion, [replace(character, height=1 / size)]), 0)
     shift = np.array([160, 200]) - [box[:, 0].mean(), box[1, 1]]
     assert np.abs(shift).max() < 5
-    moved = affine.apply(
-        np.column_stack([np.eye(2), shift]), np.argwhere(image[..., 3] > 250)[:, ::-1]
-    ).round()
+    moved = affine.apply(np.column_stack([np.eye(2), shift]), np.argwhere(image[..., 3] > 250)[:, ::-1]).round()
     x, y = moved.astype(int).T
     assert (shown[y, x, 3] > 100).mean() > 0.995
     assert shown[..., 3].mean() == pytest.approx(image[..., 3].mean(), rel=0.01)
@@ -58,9 +56,7 @@ def test_a_still_picture_is_itself(photos, by_hand):
 
 def test_vectors_and_pixels_of_one_character_agree(photos, worm, by_hand):
     frames = 5  # turned and moved, not squashed: that would thin the strokes of the pixels alone
-    maps = [
-        affine.fit_similarity(by_hand.egg(), affine.apply(m, by_hand.egg()), False) for m in by_hand.tumble(5)
-    ]
+    maps = [affine.fit_similarity(by_hand.egg(), affine.apply(m, by_hand.egg()), False) for m in by_hand.tumble(5)]
     motion = by_hand.motion(maps, np.ones((frames, 1)), names=("sit",))
     vector = read_drawing("egg", ("sit",), worm[:1])
     pixels = replace(read_picture("egg", ("sit",), photos[:1], [None]), box=vector.box)

@@ -147,8 +147,5 @@ def test_a_hole_and_an_island_in_it_are_wound_in_turns(read):
     rings = "".join(f"M{k} {k}H{90 - k}V{90 - k}H{k}Z" for k in (10, 0, 20))
     (path,), _ = read(f'<path fill-rule="evenodd" d="{rings}"/>')
     turned = paths.wound(path, paths.windings(path))
-    x = [
-        line[:, 0] @ np.roll(line[:, 1], -1) - line[:, 1] @ np.roll(line[:, 0], -1)
-        for line in paths.flatten(turned)
-    ]
+    x = [line[:, 0] @ np.roll(line[:, 1], -1) - line[:, 1] @ np.roll(line[:, 0], -1) for line in paths.flatten(turned)]
     assert np.sign(x[1]) == np.sign(x[2]) == -np.sign(x[0])

@@ -22,9 +22,7 @@ def test_a_table_read_back_places_a_point_as_the_motion_does(tmp_path, by_hand):
     source = keys.shapes(motion.keyset("egg"))
     for t, row in enumerate(rows):
         matrix = np.array([[float(row["a1"]), float(row["a2"])], [float(row["a3"]), float(row["a4"])]])
-        pivot, travel = (
-            [float(row[name]) for name in pair] for pair in (("pivot_x", "pivot_y"), ("dx", "dy"))
-        )
+        pivot, travel = ([float(row[name]) for name in pair] for pair in (("pivot_x", "pivot_y"), ("dx", "dy")))
         shape = np.tensordot(motion.tracks[0].weights[t], source, axes=1)
         placed = pivot + (shape - pivot) @ matrix.T + travel
         np.testing.assert_allclose(placed, motion.points("egg")[t], atol=1e-9)
