@@ -1,7 +1,7 @@
 """Contour capture of a drawing in parts, with soft seams and joints that hold (Bregler et al. 2002, 3.1.4 and 3.2).
 
-Parts are fitted in turn, each to what the others leave of the picture, until nothing moves.  A part that hangs on another
-keeps its joint: the pivot goes where the parent carries it, and only the linear part is free.
+Parts are fitted in turn, each to what the others leave of the picture, until nothing moves.  A part that hangs on
+another keeps its joint: the pivot goes where the parent carries it, and only the linear part is free.
 """
 
 from dataclasses import dataclass

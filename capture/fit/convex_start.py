@@ -1,7 +1,7 @@
 """A start for contour capture that cannot settle wrongly: the weights without the affine map (see ERRATA on eq. 7).
 
-Affine map and weights together are not convex.  But any affine map of the tracked points X = [V, 1] lies in the space its
-columns span; what of a shape lies outside of that space no map can explain.  So
+Affine map and weights together are not convex.  But any affine map of the tracked points X = [V, 1] lies in the space
+its columns span; what of a shape lies outside of that space no map can explain.  So
 
     minimise  | (I - X X^+) sum_k w_k S_k |^2   subject to  sum w = 1 and the bounds
 
@@ -40,7 +40,7 @@ def convex_start(
 
 
 def _least(gram: NDArray, bounds: tuple[float, float]) -> tuple[NDArray, NDArray]:
-    """Weights (T, J) with sum 1 and within the bounds that make w' G w least for gram (T, J, J), and that value (T,)."""
+    """Weights (T, J) with sum 1 and within the bounds that make w' G w least for gram (T, J, J), and its value."""
     frames, size = gram.shape[:2]
     low, high = bounds
     best, weights = np.full(frames, np.inf), np.zeros((frames, size))

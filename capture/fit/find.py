@@ -1,7 +1,7 @@
 """One part in one picture: the matte is cut, the part fitted from the pose before, and doubts are followed up.
 
-When the fit comes out bad, other starts are tried; when something else of the layer's colour touches it, that is cut off
-and the fit repeated; when matte and outline hardly meet, the part is not in the picture.
+When the fit comes out bad, other starts are tried; when something else of the layer's colour touches it, that is cut
+off and the fit repeated; when matte and outline hardly meet, the part is not in the picture.
 """
 
 from dataclasses import dataclass, replace

@@ -83,6 +83,6 @@ def fit_similarity(source: ArrayLike, target: ArrayLike, scaled: bool = True) ->
 
 
 def turn(maps: ArrayLike) -> NDArray:
-    """The angle in radians (...) of the rotation nearest to each map (..., 2, 2 or 3): polar decomposition, closed form."""
+    """The angle in radians (...) of the rotation nearest to maps (..., 2, 2 or 3), by polar decomposition."""
     maps = np.asarray(maps, float)
     return np.arctan2(maps[..., 1, 0] - maps[..., 0, 1], maps[..., 0, 0] + maps[..., 1, 1])

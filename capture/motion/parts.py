@@ -41,7 +41,7 @@ def soft_shares(points: NDArray, regions: list[NDArray], softness: float) -> NDA
 
 
 def blended(shares: NDArray, shapes: NDArray, maps: NDArray) -> NDArray:
-    """Places (T, N, d) of points with shares (N, P), from the parts' shapes (P, T, N, d) and plain maps (P, T, d, d + 1)."""
+    """Places (T, N, d) of points with shares (N, P), from parts' shapes (P, T, N, d) and maps (P, T, d, d + 1)."""
     shape = np.einsum("np,ptnd->tnd", shares, shapes)
     return np.einsum("np,ptnd->tnd", shares, affine.apply(maps, shape[None]))
 
