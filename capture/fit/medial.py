@@ -42,7 +42,7 @@ def medial_lines(
     """One medial line a matte, (T, count, 2), all in the same direction, their ends followed over time.
 
     `ends` (2, 2) says which extremities are meant in the first frame, foot first; (T, 2, 2) fixes the ends of every
-    frame.  `steady` evens the lines out over time by a Gaussian of so many frames: mattes of film flicker.
+    frame.  `steady` evens the lines out over so many frames: mattes of film flicker.
     """
     if len(mattes) == 0:
         raise InputError("medial lines need at least one matte, none came: give the frames' mattes")
@@ -75,8 +75,23 @@ def arc_length(line: NDArray) -> NDArray:
 
 
 def steadied(lines: NDArray, frames: float) -> NDArray:
-    """Lines (T, n, 2) evened out over time by a Gaussian of `frames`; a steady travel stays as it is at both ends."""
-    return _evened(lines, frames) if frames > 0 else lines
+    """Lines (T, n, 2) evened out over time by a median, for lone bad mattes, and a Gaussian of `frames` each.
+
+    A steady travel stays as it is, at both ends too.
+    """
+    from scipy.ndimage import median_filter
+
+    reach = min(int(np.ceil(frames)), len(lines) - 1)
+    if reach < 1:
+        return lines
+    middle = median_filter(_padded(lines, reach), size=(2 * reach + 1, 1, 1))[reach : reach + len(lines)]
+    return _evened(middle, frames)
+
+
+def _padded(values: NDArray, reach: int) -> NDArray:
+    """The first axis of `values` (M, ...) carried on by `reach` at both ends, by odd reflection."""
+    before, after = 2 * values[:1] - values[reach:0:-1], 2 * values[-1:] - values[-2 : -reach - 2 : -1]
+    return np.concatenate([before, values, after])
 
 
 def _evened(values: NDArray, sigma: float) -> NDArray:
@@ -86,9 +101,8 @@ def _evened(values: NDArray, sigma: float) -> NDArray:
     reach = min(int(4 * sigma) + 1, len(values) - 1)
     if reach < 1 or sigma <= 0:
         return values
-    before, after = 2 * values[:1] - values[reach:0:-1], 2 * values[-1:] - values[-2 : -reach - 2 : -1]
-    padded = np.concatenate([before, values, after])
-    return gaussian_filter1d(padded, sigma, axis=0, truncate=4.0, mode="nearest")[reach : reach + len(values)]
+    smooth = gaussian_filter1d(_padded(values, reach), sigma, axis=0, truncate=4.0, mode="nearest")
+    return smooth[reach : reach + len(values)]
 
 
 def _solid(matte: NDArray) -> NDArray:
