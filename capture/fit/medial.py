@@ -88,6 +88,11 @@ def steadied(lines: NDArray, frames: float) -> NDArray:
     return _evened(middle, frames)
 
 
+def smoothed(values: NDArray, share: float) -> NDArray:
+    """Values (M, ...) at even places along a line, smoothed by a Gaussian of a share of its length; ends stay."""
+    return _evened(values, share * len(values))
+
+
 def _padded(values: NDArray, reach: int) -> NDArray:
     """The first axis of `values` (M, ...) carried on by `reach` at both ends, by odd reflection."""
     before, after = 2 * values[:1] - values[reach:0:-1], 2 * values[-1:] - values[-2 : -reach - 2 : -1]
