@@ -70,21 +70,22 @@ def capture_line(
 def choose_keys(lines: NDArray, most: int = 5, within: float = 2.0) -> list[int]:
     """Frames of lines (T, n, 2) that span how they bend: the straightest, then ever the one farthest from all before.
 
-    Lines are compared by shape: turned, scaled and shifted onto each other first.  A line within `within` pixels (rms)
-    of a chosen one needs no key of its own.
+    Lines are compared by shape: turned, scaled and shifted onto the straightest first.  A line within `within` pixels
+    (rms) of the way between two chosen ones needs no key of its own.
     """
     lines = np.stack([even(line, STATIONS) for line in np.asarray(lines, float)])
     chord = np.linalg.norm(lines[:, -1] - lines[:, 0], axis=1)
     straight = chord / np.linalg.norm(np.diff(lines, axis=1), axis=-1).sum(axis=1)
     chosen = [int(np.argmax(np.round(straight, 6)))]
-    apart = np.full(len(lines), np.inf)
-    while len(chosen) < most:
-        onto = affine.fit_similarity(lines[chosen[-1]], lines)
-        off = affine.apply(onto, lines[chosen[-1]]) - lines
-        apart = np.minimum(apart, np.sqrt((off**2).sum(axis=-1).mean(axis=-1)))
-        if apart.max() <= within:
-            break
-        chosen.append(int(apart.argmax()))
+    level = affine.apply(affine.fit_similarity(lines, lines[chosen[0]]), lines).reshape(len(lines), -1)
+    apart = np.linalg.norm(level - level[chosen[0]], axis=1)
+    while len(chosen) < most and apart.max() > within * np.sqrt(STATIONS):
+        new = int(apart.argmax())
+        for old in chosen:
+            way = level[new] - level[old]
+            share = np.clip((level - level[old]) @ way / (way @ way), 0, 1)
+            apart = np.minimum(apart, np.linalg.norm(level - level[old] - share[:, None] * way, axis=1))
+        chosen.append(new)
     return chosen
 
 

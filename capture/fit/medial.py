@@ -37,12 +37,17 @@ def medial_line(matte: NDArray, ends: NDArray | None = None, count: int = 48) ->
 
 
 def medial_lines(
-    mattes: list[NDArray] | NDArray, ends: NDArray | None = None, count: int = 48, steady: float = 0.0
+    mattes: list[NDArray] | NDArray,
+    ends: NDArray | None = None,
+    count: int = 48,
+    steady: float = 0.0,
+    calm: float = 0.0,
 ) -> NDArray:
     """One medial line a matte, (T, count, 2), all in the same direction, their ends followed over time.
 
     `ends` (2, 2) says which extremities are meant in the first frame, foot first; (T, 2, 2) fixes the ends of every
-    frame.  `steady` evens the lines out over so many frames: mattes of film flicker.
+    frame.  `steady` evens the lines out over so many frames: mattes of film flicker.  `calm` smooths each line over
+    such a share of its length: a line of action is one swing, an outline has more to say.
     """
     if len(mattes) == 0:
         raise InputError("medial lines need at least one matte, none came: give the frames' mattes")
@@ -52,14 +57,14 @@ def medial_lines(
                 f"ends of the line must be given for the first frame or for each of the {len(mattes)} frames, "
                 f"they came for {len(ends)}"
             )
-        lines = np.stack([medial_line(matte, two, count) for matte, two in zip(mattes, ends)])
-        return steadied(lines, steady)
+        found = [medial_line(matte, two, count) for matte, two in zip(mattes, ends)]
+        return steadied(np.stack([even(smoothed(line, calm), count) for line in found]), steady)
     solid = [_solid(matte) for matte in mattes]
     ways = [_both_directions(_ways(alpha)) for alpha in solid]
     centres = np.array([np.argwhere(alpha > 0.5).mean(axis=0)[::-1] for alpha in solid])
     chosen = _followed(ways, centres, None if ends is None else _two_places(ends))
-    lines = np.stack([even(_centred(way.path, alpha), count) for way, alpha in zip(chosen, solid)])
-    return steadied(lines, steady)
+    found = [even(_centred(way.path, alpha), count) for way, alpha in zip(chosen, solid)]
+    return steadied(np.stack([even(smoothed(line, calm), count) for line in found]), steady)
 
 
 def even(line: NDArray, count: int) -> NDArray:

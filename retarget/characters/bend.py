@@ -90,7 +90,8 @@ def bent(part: str, keyset: KeySet, drawn: list[DrawnPath], line: NDArray | None
     line = upright(drawn) if line is None else np.asarray(line, float)
     if line.ndim != 2 or line.shape[1] != 2 or len(line) < 2 or not np.isfinite(line).all() or _length(line) < 1e-6:
         raise InputError(
-            f"a drawing's line of action must be 2 or more points (x, y) from its foot to its top, got shape {line.shape}"
+            "a drawing's line of action must be 2 or more different points (x, y) from its foot to its top, "
+            f"it came with shape {line.shape}: draw it again"
         )
     if keyset.points.shape[1] % 2 or keyset.points.shape[1] != len(keyset.outline):
         raise InputError(

@@ -1,6 +1,7 @@
 """A drawing bent along a line: what does not bend stays, lengths along the line stay, and nothing folds."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ def bar(stripes=8):
         corners = np.array([(x0, y1), (x0, y0), (x1, y0), (x1, y1)], float)
         ring = np.vstack([corners, corners[:1]])
         thirds = np.array([1, 2, 3])[:, None] / 3
-        steps = [a + thirds * (b - a) for a, b in zip(ring[:-1], ring[1:])]
+        steps = [a + thirds * (b - a) for a, b in pairwise(ring)]
         points = np.vstack([ring[:1], *steps])
         return DrawnPath(name, "MLLLZ", points, np.array([0, 13]), np.array([True]), fill=np.array([*fill, 1.0]))
 
@@ -78,7 +79,6 @@ def test_half_a_turn_of_the_line_is_half_a_turn_of_the_drawing():
 
 
 def test_a_bent_drawing_along_its_own_line_is_the_same():
-    drawn, rest = bar()
     _, bowed = laid(arc(1.2))
     again = bend.bent("line", action.capture_line(arc(1.2)[None]).keysets[0], bowed, arc(1.2))
     ribbon = action.ribbon(arc(1.2)[None], 20.0)[0]
