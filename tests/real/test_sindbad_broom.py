@@ -62,9 +62,9 @@ def test_the_captured_line_is_the_line_and_jitters_little_more(lines: np.ndarray
     rough, smooth = (np.sqrt((np.diff(line, 2, axis=0) ** 2).sum(-1).mean()) for line in (found, lines))
     long = np.median(np.linalg.norm(np.diff(lines, axis=1), axis=-1).sum(axis=1))
     print(
-        f"\nsindbad: {len(motion.track('line').keys)} keys, misfit at the worst point of a frame {np.median(residual):.1f} px "
-        f"median, {residual.max():.1f} worst, of a line {long:.0f} long; second difference {rough:.1f} px, of the lines "
-        f"themselves {smooth:.1f}"
+        f"\nsindbad: {len(motion.track('line').keys)} keys, misfit at the worst point of a frame "
+        f"{np.median(residual):.1f} px median, {residual.max():.1f} worst, of a line {long:.0f} long; 2nd difference "
+        f"{rough:.1f} px, of the lines themselves {smooth:.1f}"
     )
     assert np.median(residual) < 0.04 * long and residual.max() < 0.1 * long
     assert rough < 1.3 * smooth
