@@ -45,17 +45,26 @@ def fit_smooth(
     most: int = MOST,
     bounds: tuple[float, float] = (-0.5, 1.5),
     simpler: float = 1.02,
+    drawing: NDArray | None = None,
 ) -> NDArray:
     """Weights (T, D) as by `fit_weights`, but of the whole clip at once, so that the mixed shape moves evenly.
 
-    An error in a single frame is spread until it falls to half `smoothness` frames away: seconds times frames a second,
-    2 or 3 for a trembling hand.  What is smoothed is the shape, not the weights; nothing lags behind.
+    An error in a single frame is spread until it falls to half `smoothness` frames away (seconds times frames a second;
+    1 takes off the worst, 3 leaves slow moves only).  The shape is smoothed, not the weights; nothing lags behind.
+    A cartoon on twos moves by steps, which must not be smoothed: frames in a row with the same number in `drawing` (T,)
+    show one drawing and get the same weights.
     """
     tracked, shapes = _checked(tracked, shapes, bounds, most, _key_count(rows))
     if not 0 <= smoothness < np.inf:
         raise InputError(f"smoothness must be 0 frames or more, {smoothness} came: give a half-width such as 2.5")
     allowed = sparse_weights.as_supports(supports(rows, most))
-    return smooth_weights.fit(tracked, shapes, allowed, smoothness, bounds, simpler)
+    drawing = np.arange(len(tracked)) if drawing is None else np.asarray(drawing)
+    if drawing.shape != (len(tracked),):
+        raise InputError(
+            f"drawing must hold one number for each of the {len(tracked)} frames, it came with shape {drawing.shape}: "
+            "give equal numbers to frames that hold one drawing"
+        )
+    return smooth_weights.fit(tracked, shapes, allowed, smoothness, bounds, simpler, drawing)
 
 
 def fit_any(tracked: NDArray, shapes: NDArray, most: int, bounds: tuple[float, float] = (-0.5, 1.5)) -> NDArray:
@@ -72,28 +81,44 @@ def fit_any(tracked: NDArray, shapes: NDArray, most: int, bounds: tuple[float, f
 
 
 def fit_dense(tracked: NDArray, shapes: NDArray, bounds: tuple[float, float] = (-0.5, 1.5)) -> NDArray:
-    """Weights (T, D) over all rows: one dense quadratic program a frame, set up once.
+    """Weights (T, D) over all rows: one solve for all frames in which no bound matters, a quadratic program for others.
 
     Where rows depend on each other (more rows than dimensions, equal rows) the weights are not unique: a ridge of 1e-10
     of the mean square of a row then chooses small ones, and only then.
     """
     tracked, shapes = _checked(tracked, shapes, bounds, len(shapes), len(shapes))
-    import piqp
-
     given, count = sparse_weights.problem(tracked, shapes), len(shapes)
     gram = given.gram
     across = gram - gram[:1] - gram[:, :1] + gram[0, 0]  # sum 1 leaves only differences of rows
     if count > 1 and np.linalg.eigvalsh(across[1:, 1:])[0] < 1e-10:
         gram = gram + 1e-10 * np.eye(count)
+    weights = _with_sum_1(gram, given.cross)
+    beyond = ((weights < bounds[0]) | (weights > bounds[1])).any(axis=1)
+    if beyond.any():
+        weights[beyond] = _within(gram, given.cross[beyond], bounds)
+    return weights
+
+
+def _with_sum_1(gram: NDArray, cross: NDArray) -> NDArray:
+    """Weights (T, D) with sum 1 and no bounds, by the conditions of Lagrange."""
+    count = len(gram)
+    system = np.block([[gram, np.ones((count, 1))], [np.ones((1, count)), np.zeros((1, 1))]])
+    return np.linalg.solve(system, np.vstack([cross.T, np.ones(len(cross))]))[:count].T
+
+
+def _within(gram: NDArray, cross: NDArray, bounds: tuple[float, float]) -> NDArray:
+    """Weights (T, D) with sum 1 in bounds: one solver, set up once, frame by frame."""
+    import piqp
+
+    count = len(gram)
     solver = piqp.DenseSolver()
-    solver.settings.eps_abs = solver.settings.eps_duality_gap_abs = 1e-11
-    solver.settings.eps_rel = solver.settings.eps_duality_gap_rel = 1e-11
-    low, high = np.full(count, float(bounds[0])), np.full(count, float(bounds[1]))
+    solver.settings.eps_abs = solver.settings.eps_duality_gap_abs = 1e-10
+    ends = np.full(count, float(bounds[0])), np.full(count, float(bounds[1]))
     ones = np.asfortranarray(np.ones((1, count)))
-    solver.setup(np.asfortranarray(gram), -given.cross[0], ones, np.ones(1), x_l=low, x_u=high)
-    weights = np.empty_like(given.cross)
-    for found, cross in zip(weights, given.cross):
-        solver.update(c=-cross)
+    solver.setup(np.asfortranarray(gram), -cross[0], ones, np.ones(1), x_l=ends[0], x_u=ends[1])
+    weights = np.empty_like(cross)
+    for found, of_frame in zip(weights, cross):
+        solver.update(c=-of_frame)
         solver.solve()
         found[:] = solver.result.x
     return np.clip(weights, *bounds)
@@ -128,9 +153,15 @@ def _key_count(rows: NDArray) -> int:
 def _checked(
     tracked: NDArray, shapes: NDArray, bounds: tuple[float, float], most: int, together: int
 ) -> tuple[NDArray, NDArray]:
-    """Shapes as floats, if weights can be fitted to them; no more than `together` rows can be mixed, nor than `most`."""
+    """Shapes as floats, if weights can be fitted to them; at most `most` rows, and `together`, can be mixed."""
     tracked, shapes = np.asarray(tracked, float), np.asarray(shapes, float)
-    if shapes.ndim < 2 or len(shapes) == 0 or tracked.ndim != shapes.ndim or tracked.shape[1:] != shapes.shape[1:]:
+    if (
+        shapes.ndim < 2
+        or 0 in shapes.shape
+        or 0 in tracked.shape
+        or tracked.ndim != shapes.ndim
+        or tracked.shape[1:] != shapes.shape[1:]
+    ):
         raise InputError(
             f"tracked shapes must have the points of the rows' shapes, {tracked.shape} came with {shapes.shape}: "
             "bring them into correspondence first"

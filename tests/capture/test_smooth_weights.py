@@ -140,10 +140,6 @@ def test_the_program_is_the_one_that_cvxpy_solves_where_there_is_one_support():
     misfit = cp.sum_squares(shape - tracked.reshape(25, -1) / 100)
     wish = misfit + power * cp.sum_squares(shape[:-2] - 2 * shape[1:-1] + shape[2:])
     cp.Problem(cp.Minimize(wish), [cp.sum(w, axis=1) == 1, w >= LOW, w <= HIGH]).solve(solver="CLARABEL")
-    one = smooth_weights.fit(
-        tracked, shapes, smooth_weights.sparse_weights.as_supports([[0, 1, 2]]), 1.7, (LOW, HIGH), 1.0
-    )
-    assert np.allclose(one, w.value, atol=1e-4)
     assert np.allclose(fit_smooth(tracked, shapes, rows, 1.7, simpler=1.0), w.value, atol=1e-4)
 
 
@@ -154,9 +150,29 @@ def test_what_it_minimises_is_less_than_for_weights_found_frame_by_frame():
         second = np.diff(mixed(weights), 2, axis=0)
         return np.sum((mixed(weights) - noisy) ** 2) + smooth_weights.strength(2.0) * np.sum(second**2)
 
-    evened = smooth_weights.even(noisy, smooth_weights.strength(2.0))
+    each = smooth_weights.Spacing(np.ones(80), np.ones(79), smooth_weights.strength(2.0))
+    evened = smooth_weights.even(noisy, each)
     smooth = whole(fit_smooth(noisy, SHAPES, ROWS, 2.0))
     assert smooth < whole(fit_weights(noisy, SHAPES, ROWS)) and smooth < whole(fit_weights(evened, SHAPES, ROWS))
+
+
+def test_on_twos_the_steps_stay_steps_and_jitter_is_at_most_half():
+    """Smoothed as if every frame were a drawing, a cartoon on twos and ones would be smeared."""
+    drawing = np.cumsum(np.isin(np.arange(160) % 8, (0, 2, 4, 5, 6)))
+    shown = np.searchsorted(drawing, drawing)  # the first frame with that drawing
+    true = along(1.5 + 1.3 * np.sin(2 * np.pi * shown / 160))
+    noisy = true + np.random.default_rng(0).normal(0, 6, true.shape)
+    plain = jitter(mixed(fit_weights(noisy, SHAPES, ROWS)) - true)
+    smooth = fit_smooth(noisy, SHAPES, ROWS, 1.2, drawing=drawing)
+    assert np.array_equal(smooth, smooth[shown])
+    smeared = jitter(mixed(fit_smooth(noisy, SHAPES, ROWS, 1.2)) - true)
+    assert jitter(mixed(smooth) - true) < 0.5 * min(plain, smeared)
+
+
+def test_drawings_held_for_two_frames_each_are_a_clip_at_half_the_rate():
+    few = along(eased(40)) + np.random.default_rng(7).normal(0, 4, (40, *SHAPES.shape[1:]))
+    twos = fit_smooth(np.repeat(few, 2, axis=0), SHAPES, ROWS, 3.0, drawing=np.repeat(np.arange(40), 2))
+    assert np.allclose(mixed(twos[::2]), mixed(fit_smooth(few, SHAPES, ROWS, 1.5)), atol=0.01)  # pixels
 
 
 def test_one_key_has_weight_one():

@@ -165,11 +165,13 @@ def test_what_is_not_finite_is_refused_by_its_number():
 def test_other_points_than_the_rows_have_are_refused():
     refused("points", weights.fit_any, SHAPES[:, :-1], SHAPES, 2)
     refused("points", weights.fit_dense, SHAPES[0], SHAPES)
+    refused("points", weights.fit_smooth, SHAPES[:0], SHAPES, ROWS, 1.0)
 
 
-def test_a_negative_smoothness_is_refused():
+def test_a_negative_smoothness_and_too_few_drawing_numbers_are_refused():
     refused("smoothness", weights.fit_smooth, SHAPES, SHAPES, ROWS, -1.0)
     refused("smoothness", weights.fit_smooth, SHAPES, SHAPES, ROWS, np.nan)
+    refused("drawing", weights.fit_smooth, SHAPES, SHAPES, ROWS, 1.0, drawing=np.arange(3))
 
 
 def test_more_choices_than_can_be_looked_through_are_refused():
