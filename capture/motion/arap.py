@@ -1,10 +1,10 @@
-"""As rigid as possible: in-betweens of two key meshes (Alexa 2000), and a mesh carried along by a few points.
+"""As rigid as possible: key meshes mixed (Alexa 2000), and a mesh carried along by a few points.
 
-A triangle's way from key i to key j is split into a turn and a stretch; half-way it has half the turn and
+A triangle's way from one key to another is split into a turn and a stretch; half-way it has half the turn and
 half the stretch.  The triangles then disagree about their shared corners, and one linear solve settles that.
-The equations are summed over both directions, i to j and j to i, which makes the result symmetric in its
-ends (Baxter, Barla & Anjyo 2009).  Turns are unwrapped over the triangle graph, so that a curling tail
-turns by 270 deg and not by -90.
+Turns and stretches of any number of keys are mixed by weights alike (Baxter, Barla & Anjyo 2009); the equations
+are summed over every key as the one to start from, which makes the result symmetric in the keys.  Turns are
+unwrapped over the triangle graph, so that a curling tail turns by 270 deg and not by -90.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.errors import InputError
 from capture.motion import affine
 
 
@@ -25,8 +26,27 @@ def inbetweens(keys: NDArray, faces: NDArray, rows: NDArray) -> NDArray:
     pairs = rows[:, :2].astype(int)
     for i, j in np.unique(pairs, axis=0):
         of_pair = np.flatnonzero((pairs == (i, j)).all(axis=1))
-        shapes[of_pair] = keys[i] if i == j else _between(keys[i], keys[j], faces, rows[of_pair, 2])
+        shapes[of_pair] = keys[i] if i == j else _mix(keys[[i, j]], faces, _either_way(rows[of_pair, 2]))
     return shapes
+
+
+def mix(keys: NDArray, faces: NDArray, weights: NDArray) -> NDArray:
+    """Shapes (T, N, 2) that mix the turns and stretches of keys (K, N, 2) by weights (T, K), rows of sum 1.
+
+    Seen from key i, a face is turned by sum_k w_k theta_ik and stretched by sum_k w_k S_ik, where R(theta_ik) S_ik
+    takes it from key i to key k; the squared misfits, by area, are summed over all i.  A weight of 1 redraws its key,
+    and two keys give exactly their in-betweens.  With more keys, those of weight 0 still say where the misfit is
+    measured from, so that a weight may leave 0 without a jump: shapes between two of them then differ a little
+    from `inbetweens`.  Turns are counted from the key that is turned least against the others.
+    """
+    keys, weights = np.asarray(keys, float), np.asarray(weights, float)
+    if weights.ndim != 2 or weights.shape[1] != len(keys) or not np.allclose(weights.sum(axis=1), 1, atol=1e-6):
+        raise InputError(
+            f"weights need rows of sum 1 and one column for each of the {len(keys)} keys, they came with shape "
+            f"{weights.shape} and sums from {weights.sum(axis=-1).min():g} to {weights.sum(axis=-1).max():g}: "
+            "divide each row by its sum"
+        )
+    return _mix(keys, faces, weights)
 
 
 def straight_inbetweens(keys: NDArray, faces: NDArray, rows: NDArray) -> NDArray:
@@ -34,23 +54,6 @@ def straight_inbetweens(keys: NDArray, faces: NDArray, rows: NDArray) -> NDArray
     keys, rows = np.asarray(keys, float), np.asarray(rows, float)
     i, j, s = rows[:, 0].astype(int), rows[:, 1].astype(int), rows[:, 2, None, None]
     return (1 - s) * keys[i] + s * keys[j]
-
-
-def _between(start: NDArray, end: NDArray, faces: NDArray, s: NDArray) -> NDArray:
-    """Shapes (S, N, 2) at parameters s (S,) of the way from `start` to `end` (N, 2)."""
-    forth, back = _differences(start, faces), _differences(end, faces)
-    way = forth.jacobians(end)  # (F, 2, 2)
-    angle = _unwrap(affine.turn(way), faces, forth.area)
-    stretch = np.swapaxes(_rotation(angle), -1, -2) @ way  # symmetric
-    turned_back = back.jacobians(start)
-    stretch_back = _rotation(angle) @ turned_back
-    s = np.asarray(s, float)[:, None, None, None]
-    eye = np.eye(2)
-    goal_forth = _rotation(angle * s[..., 0, 0]) @ ((1 - s) * eye + s * stretch)  # (S, F, 2, 2)
-    goal_back = _rotation(-angle * (1 - s[..., 0, 0])) @ (s * eye + (1 - s) * stretch_back)
-    right = forth.divergence(goal_forth) + back.divergence(goal_back)  # (S, N, 2)
-    anchors = (1 - s[..., 0]) * start + s[..., 0] * end
-    return _solve(forth.laplacian() + back.laplacian(), right, faces, anchors)
 
 
 def carry(
@@ -78,6 +81,39 @@ def carry(
         if np.abs(moved - last).max() < 1e-4 * np.ptp(mesh, axis=0).max():
             break
     return moved
+
+
+def _mix(keys: NDArray, faces: NDArray, weights: NDArray) -> NDArray:
+    starts = [_differences(key, faces) for key in keys]
+    ways = np.stack([[start.jacobians(key) for key in keys] for start in starts])  # (K, K, F, 2, 2), from and to
+    area = np.mean([start.area for start in starts], axis=0)
+    turns = _turns_between(ways, faces, area)
+    stretches = np.swapaxes(_rotation(turns), -1, -2) @ ways  # symmetric
+    right = 0.0
+    for start, turn, stretch in zip(starts, turns, stretches):
+        goals = _rotation(weights @ turn) @ np.tensordot(weights, stretch, axes=1)  # (T, F, 2, 2)
+        right = right + start.divergence(goals)
+    anchors = np.tensordot(weights, keys, axes=1)
+    return _solve(sum(start.laplacian() for start in starts), right, faces, anchors)
+
+
+def _turns_between(ways: NDArray, faces: NDArray, area: NDArray) -> NDArray:
+    """Turns (K, K, F) of the maps (K, K, F, 2, 2) from key to key, whole turns counted alike from all keys."""
+    forth, back = np.triu_indices(len(ways), 1)
+    turns, smooth = np.zeros((2, *ways.shape[:3]))
+    turns[forth, back] = affine.turn(ways[forth, back])
+    smooth[forth, back] = _unwrap(turns[forth, back], faces, area)
+    turns, smooth = (
+        turns - np.swapaxes(turns, 0, 1),
+        smooth - np.swapaxes(smooth, 0, 1),
+    )  # the way back is the turn back
+    base = np.argmin((smooth**2 @ area).sum(axis=1))  # never key 0 as such: the order of keys is to mean nothing
+    counted = smooth[base] - smooth[base][:, None]
+    return turns + 2 * np.pi * np.round((counted - turns) / (2 * np.pi))
+
+
+def _either_way(s: NDArray) -> NDArray:
+    return np.column_stack([1 - s, s])
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,20 +166,24 @@ def _rotation(angle: NDArray) -> NDArray:
 
 
 def _unwrap(angle: NDArray, faces: NDArray, area: NDArray) -> NDArray:
-    """Angles (F,) made continuous from each face to its neighbours, breadth first; the mean stays in (-pi, pi]."""
+    """Angles (..., F) made continuous from each face to its neighbours; each piece's mean stays in (-pi, pi]."""
     from scipy.sparse import csgraph
 
     graph = _neighbours(faces)
-    unwrapped = angle.copy()
     _, piece = csgraph.connected_components(graph, directed=False)
-    for number in range(piece.max() + 1):
-        members = np.flatnonzero(piece == number)
-        order, before = csgraph.breadth_first_order(graph, members[0], directed=False)
-        for face in order[1:]:
-            nearest = unwrapped[before[face]]
-            unwrapped[face] = nearest + (angle[face] - nearest + np.pi) % (2 * np.pi) - np.pi
-        mean = np.average(unwrapped[members], weights=area[members] + 1e-30)
-        unwrapped[members] -= 2 * np.pi * np.round(mean / (2 * np.pi))
+    _, seeds = np.unique(piece, return_index=True)
+    steps, before, _ = csgraph.dijkstra(
+        graph, directed=False, indices=seeds, unweighted=True, min_only=True, return_predecessors=True
+    )
+    unwrapped, whole = np.array(angle, float), 2 * np.pi
+    by_steps = np.argsort(steps, kind="stable")
+    for ring in np.split(by_steps, np.searchsorted(steps[by_steps], np.arange(1, steps.max() + 1)))[1:]:
+        nearest = unwrapped[..., before[ring]]
+        unwrapped[..., ring] += whole * np.round((nearest - unwrapped[..., ring]) / whole)
+    for number in range(len(seeds)):
+        members = piece == number
+        mean = np.average(unwrapped[..., members], axis=-1, weights=area[members] + 1e-30)
+        unwrapped[..., members] -= whole * np.round(mean / whole)[..., None]
     return unwrapped
 
 

@@ -1,6 +1,7 @@
 """Weights are the best there are under the paper's three constraints, by other people's solvers too."""
 
-from itertools import combinations, product
+from itertools import product
+from math import comb
 
 import numpy as np
 import pytest
@@ -154,9 +155,10 @@ def test_many_frames_are_the_same_as_one_by_one():
 def test_a_support_is_a_step_of_a_chain_and_at_most_one_further_key(count, steps):
     rows = inbetween_rows(count, steps)
     found = supports(rows)
-    assert len({frozenset(support) for support in found}) == len(found) or steps == 0
-    pairs = list(combinations(range(count), 2))  # also those that have no in-between of their own
-    assert len(found) == count + len(pairs) * (steps + 1) * (1 + count - 2)
+    assert len({frozenset(support) for support in found}) == len(found)
+    pairs = comb(count, 2)  # also those that have no in-between of their own
+    further = comb(count, 3) if steps == 0 else pairs * (steps + 1) * (count - 2)
+    assert len(found) == count + pairs * (steps + 1) + further
     for support in found:
         assert 1 <= len(support) == len(set(support)) <= 3
         if len(support) >= 2:
@@ -165,6 +167,32 @@ def test_a_support_is_a_step_of_a_chain_and_at_most_one_further_key(count, steps
             assert 0 <= start < end <= 1 and end - start <= 1 / (steps + 1) + 1e-9
         if len(support) == 3:
             assert rows[support[2], 0] == rows[support[2], 1]  # a key
+
+
+@pytest.mark.parametrize("most", [1, 2, 3, 4, 5])
+def test_at_most_so_many_rows_are_used_as_are_asked_for(most):
+    rng, rows, shapes = scene(most, count=5, steps=2)
+    tracked = shapes.mean(axis=0) + rng.normal(size=(20, *shapes.shape[1:])) * 40
+    weights = fit_weights(tracked, shapes, rows, most, simpler=1.0)
+    assert ((weights != 0).sum(axis=1) <= most).all() and np.allclose(weights.sum(axis=1), 1)
+    if most > 2:  # every support of fewer rows is part of one of more
+        fewer = fit_weights(tracked, shapes, rows, most - 1, simpler=1.0)
+        assert (gap(weights, shapes, tracked) < gap(fewer, shapes, tracked) + 1e-6).all()
+
+
+def test_one_row_at_a_time_is_the_nearest_row():
+    rng, rows, shapes = scene(8, count=4, steps=3)
+    tracked = shapes.mean(axis=0) + rng.normal(size=(20, *shapes.shape[1:])) * 20
+    nearest = ((tracked[:, None] - shapes) ** 2).sum(axis=(2, 3)).argmin(axis=1)
+    assert np.array_equal(fit_weights(tracked, shapes, rows, most=1), np.eye(len(rows))[nearest])
+
+
+def test_five_rows_are_one_step_and_three_further_keys():
+    found = [support for support in supports(inbetween_rows(5, 2), 5) if len(support) == 5]
+    assert len(found) == comb(5, 2) * 3
+    for step in found:
+        (i, _, _), (_, j, _) = inbetween_rows(5, 2)[step[:2]]
+        assert len({int(i), int(j), *step[2:]}) == 5
 
 
 def test_a_chain_runs_by_its_parameter_however_the_rows_are_listed():
