@@ -4,13 +4,13 @@ How far a drawing is from a set of keys is measured as contour capture would red
 the best mix of the keys and their in-betweens (Bregler et al. 2002, section 3.2), as the root mean square over
 the outline's points, in pixels.  So a drawing that is merely turned, squashed or sheared is no new key.
 
-The keys are found greedily, always the drawing that is farthest from what there is; then whatever has become superfluous
-is dropped, and two keys give way to one where one will do.
+The keys are found greedily, always the drawing that is farthest from what there is; then whatever has become
+superfluous is dropped, and two keys give way to one where one will do.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -20,8 +20,9 @@ from capture.errors import InputError
 from capture.fit import contour
 from capture.motion import affine, keys, triangulate
 from capture.motion.keys import KeySet
+from capture.pictures.shot import KeyDrawing, Part
 
-ROUNDS = 3  # of contour capture's alternation: enough to compare sets of keys
+ROUNDS = 2  # of contour capture's alternation: enough to compare sets of keys
 
 Distance = Callable[[tuple[int, ...]], NDArray]
 """Pixels (U,) by which each of U drawings is off the mixes of the keys with these numbers, which rise."""
@@ -96,6 +97,31 @@ def outline_keys(
     return KeySet(names, aligned, faces, loop, rows, removed), both[len(frames) :]
 
 
+def with_keys(part: Part, outlines: NDArray, suggestion: Suggestion, first: int = 0) -> Part:
+    """The part with the suggested drawings as its keys, named k0, k12, ... after their frames.
+
+    Frame 0 of outlines (T, N, 2) is number `first` of the shot's numbering.  Box, colour and scribbles are left out:
+    the outlines say more.
+    """
+    found = tuple(
+        KeyDrawing(
+            f"k{frame + first}", int(frame) + first, tuple((float(x), float(y)) for x, y in np.round(outline, 3))
+        )
+        for frame, outline in zip(suggestion.key_frames, outlines[suggestion.key_frames], strict=True)
+    )
+    return replace(part, keys=found, box=None, color=None, inside=(), outside=())
+
+
+def reasons(suggestion: Suggestion, first: int = 0) -> list[str]:
+    """For every key, in words, what the clip would lose without it."""
+    told = []
+    for frame, off in zip(suggestion.key_frames, suggestion.residual_without, strict=True):
+        worst = int(np.argmax(off))
+        lost = f"without it {off[worst]:.1f} px at frame {worst + first}"
+        told.append(f"k{frame + first}: " + (lost if np.isfinite(off[worst]) else "the only key"))
+    return told
+
+
 def held_outlines(outlines: NDArray) -> NDArray:
     """Frames (T,) whose outline (T, N, 2) is the one of the frame before, point by point."""
     still = np.abs(np.diff(outlines, axis=0)).max(axis=(1, 2)) < 1e-6 * np.ptp(outlines, axis=1).max()
@@ -105,7 +131,7 @@ def held_outlines(outlines: NDArray) -> NDArray:
 def _distance(outlines: NDArray) -> Distance:
     """How far each of U outlines (U, N, 2) is from a set of keys among them; a set is tried once."""
 
-    @lru_cache(maxsize=None)
+    @cache
     def distance(chosen: tuple[int, ...]) -> NDArray:
         keyset, seen = outline_keys(outlines, np.array(chosen))
         placed, weights = contour.capture_points(seen, keyset, rounds=ROUNDS)
@@ -199,8 +225,6 @@ def _check(outlines: NDArray, most_residual: float, most_keys: int) -> None:
             f"the points of an outline must be finite numbers, those of frame {frame} are not: leave it out"
         )
     if not most_residual > 0:
-        raise InputError(
-            f"the residual asked for must be above 0 pixels, got {most_residual:g}: a trace is off by about 0.3"
-        )
+        raise InputError(f"the residual asked for must be above 0 pixels, got {most_residual:g}; try 1")
     if most_keys < 1:
         raise InputError(f"there must be room for at least 1 key, got {most_keys}")
