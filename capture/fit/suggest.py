@@ -32,9 +32,9 @@ Distance = Callable[[tuple[int, ...]], NDArray]
 class Suggestion:
     """Which frames are to be keys, and what each of them is good for."""
 
-    key_frames: NDArray  # (K,) int, rising
+    key_frames: NDArray  # (K,) int, rising but for the first, whose outline is one that does not cross itself
     residual: NDArray  # (T,) pixels, with all keys
-    residual_without: NDArray  # (K, T) pixels, with key k left out; inf where it is the only one
+    residual_without: NDArray  # (K, T) pixels, with key k left out; inf where no key could be the first without it
     residual_by_count: NDArray  # (C,) pixels, the worst frame with the first 1, 2, ... C keys of the greedy search
     held: NDArray  # (T,) bool, the same drawing as the frame before
     most_residual: float  # what was asked for, pixels
@@ -57,21 +57,21 @@ def suggest(
     held = held_outlines(outlines)
     whole = np.ones(len(outlines), bool) if whole is None else np.asarray(whole, bool)
     drawn = np.flatnonzero(whole & ~held) if (whole & ~held).any() else np.flatnonzero(whole)
-    distance, fit = _distance(outlines[drawn]), _simple(outlines[drawn])
-    if not fit.any():
+    simple = _simple(outlines[drawn])
+    if not simple.any():
         raise InputError(
-            "a key's outline must be a closed curve that does not cross itself, in none of the "
+            "the first key's outline must be a closed curve that does not cross itself, in none of the "
             f"{len(outlines)} frames is it: trace the drawing again, or choose another box or colour"
         )
-    found, by_count = _farthest_first(distance, _nearest_mean(outlines[drawn], fit), fit, most_residual, most_keys)
+    distance = _distance(outlines[drawn], simple)
+    found, by_count = _farthest_first(distance, _nearest_mean(outlines[drawn], simple), most_residual, most_keys)
     found = _without_idle(distance, found, most_residual)
-    found = _merged(distance, found, fit, most_residual)
-    without = [distance(_less(found, k)) if len(found) > 1 else np.full(len(drawn), np.inf) for k in found]
-    shown = _shown(drawn, len(outlines))
+    found = _merged(distance, found, most_residual)
+    chosen, shown = _in_order(found, simple), _shown(drawn, len(outlines))
     return Suggestion(
-        key_frames=drawn[list(found)],
+        key_frames=drawn[list(chosen)],
         residual=distance(found)[shown],
-        residual_without=np.stack(without)[:, shown],
+        residual_without=np.stack([distance(_less(found, k))[shown] for k in chosen]),
         residual_by_count=np.array(by_count),
         held=held,
         most_residual=float(most_residual),
@@ -83,7 +83,8 @@ def outline_keys(
 ) -> tuple[KeySet, NDArray]:
     """A key set of outlines (T, N, 2) at the given frames (K,), without an inside, and all outlines on its points.
 
-    A contour that is known in every frame needs no inside.  Where the mesh halves a step of the outline, so do the
+    The first of the frames is what the others are aligned to; its outline must not cross itself.  A contour that is
+    known in every frame needs no inside.  Where the mesh halves a step of the outline, so do the
     outlines that are returned, (T, N', 2): they fit `contour.capture_points`.
     """
     frames = np.asarray(frames, int)
@@ -128,12 +129,14 @@ def held_outlines(outlines: NDArray) -> NDArray:
     return np.concatenate([[False], still])
 
 
-def _distance(outlines: NDArray) -> Distance:
+def _distance(outlines: NDArray, simple: NDArray) -> Distance:
     """How far each of U outlines (U, N, 2) is from a set of keys among them; a set is tried once."""
 
     @cache
     def distance(chosen: tuple[int, ...]) -> NDArray:
-        keyset, seen = outline_keys(outlines, np.array(chosen))
+        if not simple[list(chosen)].any():
+            return np.full(len(outlines), np.inf)
+        keyset, seen = outline_keys(outlines, np.array(_in_order(chosen, simple)))
         placed, weights = contour.capture_points(seen, keyset, rounds=ROUNDS)
         redrawn = affine.apply(placed, np.tensordot(weights, keys.shapes(keyset), axes=1))
         return np.sqrt(((redrawn - seen) ** 2).sum(axis=-1).mean(axis=-1))
@@ -142,7 +145,7 @@ def _distance(outlines: NDArray) -> Distance:
 
 
 def _farthest_first(
-    distance: Distance, start: int, fit: NDArray, most_residual: float, most_keys: int
+    distance: Distance, start: int, most_residual: float, most_keys: int
 ) -> tuple[tuple[int, ...], list[float]]:
     """Keys added one by one, each the drawing that is worst without it, and the worst distance after each."""
     found, by_count = (start,), []
@@ -151,8 +154,8 @@ def _farthest_first(
         by_count.append(float(off.max()))
         if by_count[-1] <= most_residual or len(found) == most_keys:
             return found, by_count
-        farthest = int(np.argmax(np.where(fit, off, -1)))
-        if farthest in found:
+        farthest = int(np.argmax(off))
+        if farthest in found:  # a bound finer than a key itself can be redrawn
             return found, by_count
         found = _more(found, farthest)
 
@@ -168,14 +171,14 @@ def _without_idle(distance: Distance, found: tuple[int, ...], most_residual: flo
     return found
 
 
-def _merged(distance: Distance, found: tuple[int, ...], fit: NDArray, most_residual: float) -> tuple[int, ...]:
+def _merged(distance: Distance, found: tuple[int, ...], most_residual: float) -> tuple[int, ...]:
     """Two keys exchanged for one, as long as that keeps the bound; tried among the three that are needed least."""
     while len(found) > 2 and distance(found).max() <= most_residual:
         needed = sorted(found, key=lambda k: distance(_less(found, k)).max())
         for pair in combinations(needed[:3], 2):
             fewer = _less(found, *pair)
-            one = int(np.argmax(np.where(fit, distance(fewer), -1)))
-            if distance(_more(fewer, one)).max() <= most_residual:
+            one = int(np.argmax(distance(fewer)))
+            if one not in fewer and distance(_more(fewer, one)).max() <= most_residual:
                 found = _without_idle(distance, _more(fewer, one), most_residual)
                 break
         else:
@@ -183,21 +186,30 @@ def _merged(distance: Distance, found: tuple[int, ...], fit: NDArray, most_resid
     return found
 
 
-def _nearest_mean(outlines: NDArray, fit: NDArray) -> int:
-    """Which outline of (U, N, 2) is nearest the mean shape, affine maps taken out; one of those that are `fit` (U,)."""
-    mean = outlines[int(np.argmax(fit))]
+def _nearest_mean(outlines: NDArray, simple: NDArray) -> int:
+    """Which outline of (U, N, 2) is nearest the mean shape, affine maps taken out; one of the `simple` (U,)."""
+    mean = outlines[int(np.argmax(simple))]
     for _ in range(2):
         mean = affine.apply(affine.fit(outlines, np.broadcast_to(mean, outlines.shape)), outlines).mean(axis=0)
     off = affine.apply(affine.fit(np.broadcast_to(mean, outlines.shape), outlines), mean) - outlines
-    return int(np.argmin(np.where(fit, (off**2).sum(axis=(1, 2)), np.inf)))
+    return int(np.argmin(np.where(simple, (off**2).sum(axis=(1, 2)), np.inf)))
 
 
 def _simple(outlines: NDArray) -> NDArray:
-    """Which outlines (U,) of (U, N, 2) have an inside and do not cross themselves: only those can be meshed."""
+    """Which outlines (U,) of (U, N, 2) have an inside and do not cross themselves: only those can be meshed.
+
+    The others, such as a body with a leg drawn across it, can still be keys: the mesh of the first is carried there.
+    """
     import shapely
 
     polygons = shapely.polygons(outlines)
     return shapely.is_valid(polygons) & (shapely.area(polygons) > 1e-9)
+
+
+def _in_order(found: tuple[int, ...], simple: NDArray) -> tuple[int, ...]:
+    """The keys with the first of the `simple` (U,) ones put in front."""
+    first = next(k for k in found if simple[k])
+    return (first, *_less(found, first))
 
 
 def _shown(drawn: NDArray, frames: int) -> NDArray:
