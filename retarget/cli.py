@@ -46,6 +46,82 @@ def fixtures(folder: Path) -> str:
     return f"{folder}: {len(toons)} cartoons with their shots and truth, {len(drawings)} drawings of characters"
 
 
+def suggest(
+    source: Path,
+    out: Out = None,
+    *,
+    box: tuple[float, float, float, float] | None = None,
+    color: str | None = None,
+    frame: int | None = None,
+    name: str = "character",
+    residual: float = 1.0,
+    keys: int = 8,
+    start: int = 0,
+    stop: int | None = None,
+    fps: float | None = None,
+    tile: tuple[int, int] | None = None,
+) -> str:
+    """Find the key drawings of a clip, and write them into a shot file that can be captured.
+
+    Parameters
+    ----------
+    source
+        A clip: mp4, mkv, webm, gif, apng, webp, a folder of pictures, a sprite sheet; or a *.shot.toml of one part.
+    out
+        The shot file; NAME.shot.toml beside you if not given.  NAME.keys.png and NAME.residual.png come with it.
+    box
+        X Y WIDTH HEIGHT of a box drawn round the layer, in pixels.
+    color
+        The layer's main colour, such as "#3a7f2c".
+    frame
+        The frame that box or colour are seen in; the first if not given.
+    name
+        What to call the part.
+    residual
+        How many pixels a drawing may be off what the keys can redraw.
+    keys
+        How many keys there may be at most.
+    start
+        The first frame to look at.
+    stop
+        The frame to stop before.
+    fps
+        Frames a second, for pictures that carry no time.
+    tile
+        WIDTH HEIGHT of a sprite sheet's tiles.
+    """
+    from dataclasses import replace
+
+    from capture.errors import InputError
+    from capture.fit import outlines, video
+    from capture.fit import suggest as choosing
+    from capture.pictures import overlay as proof
+    from capture.pictures.encode import write_picture
+    from capture.pictures.shot import write_shot
+
+    shot = _shot(source, name, box, color, frame, start, stop, fps, tile)
+    if len(shot.parts) > 1:
+        raise InputError(f"keys are suggested for one part at a time, {source} has {len(shot.parts)}: split it")
+    clip = _told(video.open_clip(shot))
+    followed = outlines.follow(shot.parts[0], clip, shot.start)
+    found = choosing.suggest(followed.points, residual, keys, followed.whole)
+    part = choosing.with_keys(shot.parts[0], followed.points, found, shot.start)
+    why = choosing.reasons(found, shot.start)
+    out = out or Path(_stem(source) + ".shot.toml")
+    sheet, curves = (out.with_name(f"{_stem(out)}.{kind}.png") for kind in ("keys", "residual"))
+    write_shot(replace(shot, parts=(part,)), out)
+    pictures = [clip[int(t)] for t in found.key_frames]
+    write_picture(sheet, proof.key_sheet(pictures, followed.points[found.key_frames], why))
+    names = [key.name for key in part.keys]
+    proof.key_curves(curves, names, found.residual, found.residual_without, found.residual_by_count, residual)
+    worst, lost = int(found.residual.argmax()), int((~followed.whole).sum())
+    said = f"{out}: {len(names)} key{'s' if len(names) > 1 else ''} for {len(clip)} frames"
+    said += f", worst residual {found.residual[worst]:.1f} px at frame {worst + shot.start}"
+    said += "" if found.met() else f", more than the {residual:g} px asked for"
+    said += f", {lost} frames left out" if lost else ""
+    return "\n".join([*why, f"{said}; see {sheet} and {curves}"])
+
+
 def capture(
     source: Path,
     out: Out = None,
@@ -84,29 +160,18 @@ def capture(
     tile
         WIDTH HEIGHT of a sprite sheet's tiles.
     """
-    from capture.errors import InputError
     from capture.fit import video
     from capture.motion import tracks
-    from capture.pictures.shot import KeyDrawing, Part, Shot, read_shot, write_shot
+    from capture.pictures.shot import write_shot
 
-    if source.name.endswith(".toml"):
-        if any(value is not None for value in (box, color, frame, stop, fps, tile)) or start:
-            raise InputError(f"a shot file says itself what to capture: put box, colour and frames into {source}")
-        shot = read_shot(source)
-        out = out or Path(source.name.removesuffix(".toml").removesuffix(".shot") + ".motion.json")
-    else:
-        if box is None and color is None:
-            raise InputError(f"a clip needs --box or --color, to say what in {source} to capture; or give a shot file")
-        key = KeyDrawing("rest", start if frame is None else frame)
-        part = Part(name, (key,), box=box, color=None if color is None else _rgb(color))
-        shot = Shot(str(source), (part,), start, stop, fps, tile)
-        out = out or Path(source.stem + ".motion.json")
+    shot = _shot(source, name, box, color, frame, start, stop, fps, tile)
+    out = out or Path(_stem(source) + ".motion.json")
     clip = _told(video.open_clip(shot))
     motion = video.capture(shot, clip)
     tracks.save(motion, out)
     said = f"{out}: {tracks.summary(motion)}"
     if not source.name.endswith(".toml"):
-        beside = out.with_name(out.name.removesuffix(".json").removesuffix(".motion") + ".shot.toml")
+        beside = out.with_name(_stem(out) + ".shot.toml")
         write_shot(shot, beside)
         said += f"; the shot is in {beside}"
     return said
@@ -133,7 +198,7 @@ def overlay(shot: Path, motion: Path, out: Out = None) -> str:
 
     captured = tracks.load(motion)
     clip = _told(video.open_clip(read_shot(shot)))
-    out = out or Path(motion.name.removesuffix(".json").removesuffix(".motion") + ".proof.mp4")
+    out = out or Path(_stem(motion) + ".proof.mp4")
     frames = progress(proof.draw_over(clip, captured), "overlay", len(clip))
     count = write_clip(out, frames, captured.fps, captured.times)
     worst = proof.residual_plot(captured, out.with_name(out.stem + ".misfit.png"))
@@ -176,7 +241,7 @@ def retarget(
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
-    out = out or Path(motion.name.removesuffix(".json").removesuffix(".motion") + ".retarget.mp4")
+    out = out or Path(_stem(motion) + ".retarget.mp4")
     if out.suffix == ".csv":
         write_csv(captured, out)
         return f"{out}: {tracks.summary(captured)}"
@@ -191,7 +256,7 @@ def retarget(
     return f"{out}: {count} frames at {captured.fps:.4g} a second, new drawings play {parts}"
 
 
-COMMANDS: tuple[Callable[..., str], ...] = (demo, fixtures, capture, overlay, retarget)
+COMMANDS: tuple[Callable[..., str], ...] = (demo, fixtures, suggest, capture, overlay, retarget)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -235,6 +300,38 @@ def _not_shadowed() -> None:
                 f"tooncap's own package {name!r} must be the one that is imported, Python finds {where}: uninstall "
                 f"the other project named {name!r}, or install tooncap in an environment of its own"
             )
+
+
+def _shot(
+    source: Path,
+    name: str,
+    box: tuple[float, float, float, float] | None,
+    color: str | None,
+    frame: int | None,
+    start: int,
+    stop: int | None,
+    fps: float | None,
+    tile: tuple[int, int] | None,
+) -> "object":
+    """The shot that a shot file holds, or that the flags tell of a clip."""
+    from capture.errors import InputError
+    from capture.pictures.shot import KeyDrawing, Part, Shot, read_shot
+
+    if source.name.endswith(".toml"):
+        if any(value is not None for value in (box, color, frame, stop, fps, tile)) or start:
+            raise InputError(f"a shot file says itself what to capture: put box, colour and frames into {source}")
+        return read_shot(source)
+    if box is None and color is None:
+        raise InputError(f"a clip needs --box or --color, to say what in {source} to capture; or give a shot file")
+    key = KeyDrawing("rest", start if frame is None else frame)
+    part = Part(name, (key,), box=box, color=None if color is None else _rgb(color))
+    return Shot(str(source), (part,), start, stop, fps, tile)
+
+
+def _stem(path: Path) -> str:
+    """A file's name without what says its kind: hop.shot.toml, hop.motion.json and hop.mp4 are hop."""
+    kinds = (".shot.toml", ".motion.json", ".toml", ".json")
+    return next((path.name.removesuffix(kind) for kind in kinds if path.name.endswith(kind)), path.stem)
 
 
 def _told(clip: "object") -> "object":

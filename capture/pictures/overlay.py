@@ -77,6 +77,62 @@ def residual_plot(motion: CartoonMotion, path: str | Path, worst: int = 3) -> li
     return named
 
 
+def key_sheet(
+    pictures: Sequence[NDArray], outlines: NDArray, captions: Sequence[str], width: int = 480, numbers: int = 24
+) -> NDArray:
+    """Key drawings (H, W, 3 | 4) cut out round their outlines (K, N, 2), with every so many points numbered: RGB uint8.
+
+    The same number is the same place of the character in all of them.
+    """
+    low, high = outlines.min(axis=1), outlines.max(axis=1)
+    reach = 0.56 * np.max(high - low, axis=0) + 8
+    zoom = width / (2 * reach[0])
+    size = (width, round(2 * reach[1] * zoom))
+    tiles = []
+    for picture, outline, middle, caption in zip(pictures, outlines, 0.5 * (low + high), captions, strict=True):
+        shift = zoom * (reach - middle)
+        place = np.column_stack([zoom * np.eye(2), shift])
+        color = np.ascontiguousarray(picture[..., :3])
+        tile = cv2.warpAffine(color, place, size, flags=cv2.INTER_LINEAR, borderValue=(255, 255, 255))
+        _outline(tile, affine.apply(place, outline), COLORS[0])
+        for n in range(0, len(outline), max(1, len(outline) // numbers)):
+            x, y = affine.apply(place, outline[n : n + 1])[0]
+            _label(tile, str(n), (round(x) + 4, round(y) - 4), 0.38)
+        _label(tile, caption, (8, 18))
+        tiles.append(tile)
+    return contact_sheet(tiles, min(4, len(tiles)), width)
+
+
+def key_curves(
+    path: str | Path, names: Sequence[str], residual: NDArray, without: NDArray, by_count: NDArray, asked: float
+) -> None:
+    """Plot into a PNG how well keys redraw a clip: residual (T,) with all of them and (K, T) without each, over time.
+
+    Beside it the worst frame `by_count` (C,) of keys.  All in pixels; `asked` is the bound.
+    """
+    from matplotlib.figure import Figure
+
+    from capture.files import written_beside
+
+    figure = Figure(figsize=(11, 3.4), layout="constrained")
+    over_time, over_count = figure.subplots(1, 2, width_ratios=[4, 1])
+    for number, (name, off) in enumerate(zip(names, without, strict=True)):
+        color = tuple(channel / 255 for channel in COLORS[number % len(COLORS)])
+        style = ("-", "--", ":")[number // len(COLORS) % 3]
+        if np.isfinite(off).all():
+            over_time.plot(off, style, color=color, linewidth=0.9, label=f"without {name}")
+    over_time.plot(residual, color="black", linewidth=1.8, label="with all keys")
+    over_time.set(xlabel="frame", ylabel="residual (px)", ylim=(0, None))
+    over_time.legend(fontsize=7, frameon=False, ncols=2)
+    over_count.plot(np.arange(1, len(by_count) + 1), by_count, "o-", color="black", markersize=4, linewidth=1.2)
+    over_count.set(xlabel="keys", ylabel="worst residual (px)", ylim=(0, None), xticks=np.arange(1, len(by_count) + 1))
+    for axes in (over_time, over_count):
+        axes.axhline(asked, color="0.6", linewidth=0.8, linestyle="--")
+        axes.spines[["top", "right"]].set_visible(False)
+    with written_beside(path) as temporary:
+        figure.savefig(temporary, dpi=120, format="png")
+
+
 def side_by_side(rows: Iterable[Sequence[NDArray]], height: int | None = None) -> Iterator[NDArray]:
     """Pictures of equal height put next to each other, frame by frame: RGB uint8."""
     for pictures in rows:
@@ -137,9 +193,11 @@ def _bars(picture: NDArray, names: Sequence[str], weights: NDArray, color: tuple
         cv2.line(picture, (zero, y), (zero, y + ROW - 1), (40, 40, 40), 1)
 
 
-def _label(picture: NDArray, text: str, at: tuple[int, int]) -> None:
-    for color, thickness in (((255, 255, 255), 4), ((30, 30, 30), 1)):
-        cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, color, thickness, cv2.LINE_AA)
+def _label(picture: NDArray, text: str, at: tuple[int, int], size: float = 0.5) -> None:
+    """Dark text with a light rim; a thicker stroke would also be set wider, so the rim is the same text moved."""
+    around = [(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y]
+    for (x, y), color in [*((way, (255, 255, 255)) for way in around), ((0, 0), (30, 30, 30))]:
+        cv2.putText(picture, text, (at[0] + x, at[1] + y), cv2.FONT_HERSHEY_SIMPLEX, size, color, 1, cv2.LINE_AA)
 
 
 def _fixed(points: NDArray) -> NDArray:

@@ -13,7 +13,7 @@ from capture.pictures.clip import clip_of
 from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_clip
 from capture.pictures.shot import read_shot, write_shot
-from fixtures import ball, write
+from fixtures import ball, hat, write
 from retarget.cli import main
 
 BOX = ["--box", "20", "320", "120", "110"]
@@ -64,6 +64,36 @@ def test_a_clip_is_captured_straight_from_a_box_and_its_shot_is_written(short: P
     again = tmp_path / "again.motion.json"
     assert main(["capture", str(tmp_path / "b.shot.toml"), "-o", str(again)]) == 0
     assert np.array_equal(tracks.load(out).tracks[0].affine, tracks.load(again).tracks[0].affine)
+
+
+def test_keys_are_suggested_and_the_shot_file_can_be_captured(tmp_path: Path, capsys):
+    toon = hat.hat()
+    shown = (0, 2, 4, 6, 8, 10, 14, 18, 22, 26, 28, 30, 32)
+    write_clip(tmp_path / "hat.mp4", [toon.frame(t) for t in shown])
+    points = toon.parts[0].points[0]
+    box = [str(round(float(v))) for v in (*(points.min(axis=0) - 6), *(np.ptp(points, axis=0) + 12))]
+    out = tmp_path / "hat.shot.toml"
+    asked = ["suggest", str(tmp_path / "hat.mp4"), "--box", *box, "--name", "hat", "--residual", "2", "-o", str(out)]
+    assert main(asked) == 0
+    *why, line = capsys.readouterr().out.strip().splitlines()
+    part = read_shot(out).parts[0]
+    assert part.name == "hat" and 2 <= len(part.keys) <= 4
+    assert part.outlines().shape[0] == len(part.keys)
+    assert [told.split(":")[0] for told in why] == [key.name for key in part.keys] and "without it" in why[0]
+    assert line.startswith(f"{out}: {len(part.keys)} keys for 13 frames, worst residual ")
+    assert all((tmp_path / f"hat.{kind}.png").stat().st_size > 1000 for kind in ("keys", "residual"))
+    assert main(["capture", str(out), "-o", str(tmp_path / "hat.motion.json")]) == 0
+    track = tracks.load(tmp_path / "hat.motion.json").tracks[0]
+    assert track.keys == tuple(key.name for key in part.keys) and track.visible.all()
+    assert np.median(track.residual) < 2.5
+
+
+def test_a_clip_that_is_only_moved_and_squashed_gets_one_key(short: Path, tmp_path: Path, capsys):
+    points = ball.ball().parts[0].points[0]
+    box = [str(round(float(v))) for v in (*(points.min(axis=0) - 6), *(np.ptp(points, axis=0) + 12))]
+    assert main(["suggest", str(short / "ball.mp4"), "--box", *box, "-o", str(tmp_path / "b.shot.toml")]) == 0
+    assert "1 key for 8 frames" in capsys.readouterr().out
+    assert len(read_shot(tmp_path / "b.shot.toml").parts[0].keys) == 1
 
 
 def test_an_overlay_shows_every_frame_and_names_the_worst(short: Path, tmp_path: Path, capsys):
@@ -144,6 +174,13 @@ def test_a_clip_without_box_or_colour_is_refused(short: Path, capsys):
     assert "--box or --color" in refused(capsys, short, "capture", short / "ball.mp4", "-o", short / "a.json")
 
 
+def test_keys_without_a_box_or_with_an_impossible_bound_are_refused(short: Path, capsys):
+    clip, out = short / "ball.mp4", short / "a.shot.toml"
+    assert "--box or --color" in refused(capsys, short, "suggest", clip, "-o", out)
+    assert "above 0 pixels" in refused(capsys, short, "suggest", clip, *BOX, "--residual", "0", "-o", out)
+    assert "at least 1 key" in refused(capsys, short, "suggest", clip, *BOX, "--keys", "0", "-o", out)
+
+
 def test_a_box_outside_the_picture_is_refused(short: Path, capsys):
     box = ["--box", "600", "400", "200", "200"]
     said = refused(capsys, short, "capture", short / "ball.mp4", *box, "-o", short / "a.json")
@@ -197,7 +234,7 @@ def test_the_help_is_quick_and_names_every_command():
         [sys.executable, "-X", "importtime", "-m", "retarget.cli", "--help"], capture_output=True, text=True
     )
     assert said.returncode == 0
-    for command in ("demo", "fixtures", "capture", "overlay", "retarget"):
+    for command in ("demo", "fixtures", "suggest", "capture", "overlay", "retarget"):
         assert command in said.stdout
     loaded = {line.split("|")[-1].strip() for line in said.stderr.splitlines()}
     assert not loaded & {"torch", "kornia", "cvxpy", "numba", "matplotlib.pyplot", "scipy.optimize", "cv2", "numpy"}
