@@ -122,9 +122,9 @@ def checked(curve: ArrayLike, closed: bool, name: str, crossing: bool = False) -
     if len(curve) and (curve == curve[0]).all():
         raise InputError(f"{name}: a curve must lead somewhere, all its {len(curve)} points are equal: draw it again")
     repeats = np.append(False, (curve[1:] == curve[:-1]).all(axis=1))
-    if closed and len(curve) > 1 and (curve[0] == curve[-1]).all():
-        repeats[-1] = True
     kept = curve[~repeats]
+    if closed and len(kept) > 1 and (kept[0] == kept[-1]).all():
+        kept = kept[:-1]
     least = 3 if closed else 2
     if len(kept) < least:
         kind = "a closed outline" if closed else "an open curve"

@@ -161,7 +161,28 @@ def _centred(path: NDArray, closed: bool, ink: NDArray, width: float, rounds: in
         shift = (weight * across).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-6)
         shift = gaussian_filter1d(np.clip(shift, -1, 1), 1.0, mode="wrap" if closed else "nearest")
         points = points + shift[:, None] * normal
-    return Stroke(points, closed, float(np.median(weight.sum(axis=1)) * (across[1] - across[0])))
+    width = float(np.median(weight.sum(axis=1)) * (across[1] - across[0]))
+    if not closed:
+        points = _ended(_ended(points, ink, width)[::-1], ink, width)[::-1]
+    return Stroke(points, closed, width)
+
+
+def _ended(points: NDArray, ink: NDArray, width: float) -> NDArray:
+    """The line (n, 2), its last point moved along it to half a width before the ink ends; inside ink it stays."""
+    from scipy.ndimage import map_coordinates
+
+    reach = width + 3
+    base = points[max(len(points) - 1 - round(reach), 0)]
+    ahead = (points[-1] - base) / max(float(np.linalg.norm(points[-1] - base)), 1e-9)
+    at = np.arange(-reach / 2, reach, 0.1)
+    ray = points[-1] + at[:, None] * ahead
+    gone = np.flatnonzero(map_coordinates(ink, [ray[:, 1], ray[:, 0]], order=1, cval=0.0) < 0.5)
+    if not len(gone) or gone[0] == 0:
+        return points
+    end = points[-1] + (at[gone[0]] - 0.05 - width / 2) * ahead
+    tail = np.arange(len(points)) > len(points) - 2 * reach
+    beyond = tail & ((points - end) @ ahead > -0.5)
+    return np.vstack([points[~beyond], end]) if not beyond.all() else points
 
 
 def _differences(points: NDArray, closed: bool) -> NDArray:

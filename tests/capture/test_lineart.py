@@ -10,8 +10,11 @@ from fixtures import maps, render
 from fixtures.render import Ink
 
 SIZE = (240, 180)  # width, height
-SNAKE = maps.smooth([(25, 40), (80, 25), (120, 90), (60, 130), (130, 155), (210, 120), (200, 40)], closed=False)
-BEAN = maps.smooth([(60, 40), (140, 30), (200, 70), (180, 130), (120, 110), (70, 150), (40, 100)])
+SNAKE = maps.smooth([(25, 40), (80, 25), (120, 90), (60, 130), (130, 155), (210, 120), (200, 40)], closed=False) + (
+    0.31,
+    0.17,
+)
+BEAN = maps.smooth([(60, 40), (140, 30), (200, 70), (180, 130), (120, 110), (70, 150), (40, 100)]) + (0.31, 0.17)
 
 
 def drawn(*inks, paper=255, size=SIZE):
@@ -51,7 +54,7 @@ def test_a_drawn_line_is_found_within_half_a_pixel(curve, closed, width):
     assert len(strokes) == 1 and strokes[0].closed == closed
     on, whole = apart(strokes[0].points, curve, closed)
     assert on.max() < 0.5
-    assert np.percentile(whole, 98) < 0.5 and whole.max() < 0.7 * width + 1  # the very ends may lack half a width
+    assert whole.max() < 0.5  # the ends too
     assert abs(strokes[0].width - width) < 0.5
 
 
