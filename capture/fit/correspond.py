@@ -23,6 +23,7 @@ Pin = tuple[ArrayLike, ArrayLike]
 SCALES = (0.015, 0.03, 0.06, 0.1)  # of the curve's length: over how much of it a turning is measured
 TURNING, DIRECTION, PLACE = 0.5, 0.15, 12.0  # after the affine fit: squared radians, unit vectors, curve lengths
 TIE, NEIGHBOURS = 0.02, 5.0  # how far curves are known to lie alike: hardly, or as neighbouring frames do
+DOUBT = 1.5  # starts that cost at most so much more than the best are looked at again
 NODES = 96  # the least number of samples of a source
 
 
@@ -217,7 +218,8 @@ def _solve(task: Task) -> tuple[NDArray, float]:
     lengths = _steps(task.reference)
     if task.closed and not len(task.pins):
         rough = monotone.starts(own, other, lengths)
-        warps = [monotone.lap(own, other, lengths, start, reach=2 * monotone.FINER)[0] for start in rough]
+        laps = [monotone.lap(own, other, lengths, start, reach=2 * monotone.FINER) for start in rough]
+        warps = [warp for warp, cost in laps if cost <= DOUBT * min(cost for _, cost in laps)]
     else:
         warps = [_spans(own, other, lengths, task)[0]]
     found = [_look_again(task, warp) for warp in warps]

@@ -97,7 +97,7 @@ def contours_of_mattes(mattes: Iterable[NDArray], step: float = 1.0, fps: float 
             raise InputError(
                 f"the matte of frame {t} must be one channel of finite numbers, got shape {alpha.shape}: cut it again"
             )
-        alpha = alpha.astype(float) / (255 if alpha.max(initial=0) > 1 else 1)
+        alpha = alpha.astype(float) / (255 if alpha.max(initial=0) > 2 else 1)
         if alpha.max(initial=0) <= 0.5:
             raise InputError(
                 f"a matte must hold something to be traced, that of frame {t} is empty: choose another box or colour"

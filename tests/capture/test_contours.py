@@ -178,3 +178,10 @@ def test_a_missing_file_an_empty_folder_and_an_empty_matte_are_refused(tmp_path)
         contours_of_mattes([np.pad(np.ones((9, 9)), 3), np.zeros((15, 15))])
     with pytest.raises(InputError, match="one channel"):
         contours_of_mattes([np.zeros((5, 5, 3))])
+
+
+def test_a_soft_matte_that_a_filter_pushed_past_one_is_still_a_matte():
+    soft = 1.0000002 * ball.ball().matte(9)
+    assert np.allclose(
+        contours_of_mattes([soft]).curves[0], contours_of_mattes([ball.ball().matte(9)]).curves[0], atol=1e-3
+    )
