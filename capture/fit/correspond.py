@@ -119,8 +119,8 @@ def places(curve: ArrayLike, positions: ArrayLike, closed: bool = True) -> NDArr
 
 
 def _order(total: int, anchors: list[int], reference: int) -> list[tuple[int, int]]:
-    """Frames in the order in which they are matched, each with the frame it is matched with: anchors first."""
-    pairs = [(anchor, reference) for anchor in anchors]
+    """Frames in the order in which they are matched, each with the frame it is matched with: the reference first."""
+    pairs = [(anchor, reference) for anchor in sorted(anchors, key=lambda anchor: anchor != reference)]
     others = sorted(set(range(total)) - set(anchors), key=lambda t: min(abs(t - anchor) for anchor in anchors))
     for t in others:
         nearest = min(anchors, key=lambda anchor: abs(t - anchor))

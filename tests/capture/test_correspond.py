@@ -69,7 +69,7 @@ def test_any_frame_can_be_the_reference_and_keys_are_matched_with_it_directly():
         aligned = correspond.align_all(clip, 60, reference=4, keys=keys)
         at = place_of(aligned[4], points[4])
         off = [np.median(np.linalg.norm(correspond.places(p, at) - found, axis=1)) for p, found in zip(points, aligned)]
-        assert np.median(off) < 3 and np.max(off) < 8  # pixels
+        assert np.median(off) < 3 and np.max(off) < 9  # pixels
 
 
 @pytest.mark.parametrize("seed", range(4))
