@@ -11,11 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit import layer
+from capture.fit import correspond, layer
 from capture.fit import model as models
 from capture.fit.video import REACH, is_held
 from capture.motion import affine
-from capture.motion.triangulate import resample
 from capture.pictures import matte
 from capture.pictures.clip import Clip
 from capture.pictures.matte import ColorModel
@@ -24,7 +23,6 @@ from capture.progress import progress
 
 SPACING = 6.0  # pixels between the points of an outline
 SIZES = (0.4, 2.5)  # times the last drawing's area: what is outside is not the part, or not all of it
-TRIED = 4  # starts between one point and the next
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +115,7 @@ def corresponding(contours: list[NDArray], count: int) -> NDArray:
     """
     drawn = np.array([t for t in range(len(contours)) if t == 0 or contours[t] is not contours[t - 1]])
     rounding = np.stack([_rounding(contours[t]) for t in drawn])
-    aligned = align_all([affine.apply(to_round, contours[t]) for to_round, t in zip(rounding, drawn)], count)
+    aligned = correspond.align_all([affine.apply(to_round, contours[t]) for to_round, t in zip(rounding, drawn)], count)
     points = affine.apply(affine.invert(rounding), aligned)
     return points[np.searchsorted(drawn, np.arange(len(contours)), side="right") - 1]
 
@@ -134,28 +132,3 @@ def _rounding(contour: NDArray) -> NDArray:
     size, ways = np.linalg.eigh(spread)
     linear = (ways / np.sqrt(size)) @ ways.T * np.prod(size) ** 0.25
     return np.column_stack([linear, -linear @ centre])
-
-
-def align_all(contours: list[NDArray], count: int) -> NDArray:
-    """Closed contours, each (n, 2), as outlines (T, count, 2) whose points correspond.
-
-    Points are spread evenly, and started where they lie nearest to the frame before once the best affine map is taken
-    out; where that leaves a choice, as with a ball, the start that turns the drawing least.
-    """
-    aligned = [_clockwise(resample(contours[0], count))]
-    for contour in contours[1:]:
-        fine = _clockwise(resample(contour, TRIED * count))
-        starts = np.arange(TRIED * count)[:, None] + TRIED * np.arange(count)
-        tried, last = fine[starts % len(fine)], aligned[-1]  # (TRIED count, count, 2)
-        moved = affine.apply(affine.fit(np.broadcast_to(last, tried.shape), tried), last)
-        still = last - last.mean(axis=0) + tried.mean(axis=1, keepdims=True)
-        cost = ((moved - tried) ** 2).sum(axis=(1, 2)) + 0.01 * ((still - tried) ** 2).sum(axis=(1, 2))
-        aligned.append(tried[int(np.argmin(cost))])
-    return np.stack(aligned)
-
-
-def _clockwise(outline: NDArray) -> NDArray:
-    """A closed outline (N, 2) gone round clockwise on the screen, from the same first point."""
-    x, y = outline.T
-    area = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum()
-    return outline if area > 0 else np.roll(outline[::-1], 1, axis=0)

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.fit import contour
-from capture.motion import affine, keys, triangulate
-from capture.motion.keys import KeySet
+from capture.motion import affine, keys
 from capture.pictures.shot import KeyDrawing, Part
 
 ROUNDS = 2  # of contour capture's alternation: enough to compare sets of keys
@@ -78,26 +77,6 @@ def suggest(
     )
 
 
-def outline_keys(
-    outlines: NDArray, frames: NDArray, names: tuple[str, ...] | None = None, inbetweens: int = 5
-) -> tuple[KeySet, NDArray]:
-    """A key set of outlines (T, N, 2) at the given frames (K,), without an inside, and all outlines on its points.
-
-    The first of the frames is what the others are aligned to; its outline must not cross itself.  A contour that is
-    known in every frame needs no inside.  Where the mesh halves a step of the outline, so do the
-    outlines that are returned, (T, N', 2): they fit `contour.capture_points`.
-    """
-    frames = np.asarray(frames, int)
-    both = np.concatenate([outlines[frames], outlines])
-    both, loop, inside, faces = triangulate.triangulate(both, spacing=2 * float(np.ptp(outlines, axis=1).max()))
-    if len(inside):  # a lattice point may still fall inside: it is not seen, so it is not used
-        faces = faces[(faces < both.shape[1]).all(axis=1)]
-    aligned, removed = keys.align(both[: len(frames)], loop)
-    names = tuple(f"k{frame}" for frame in frames) if names is None else names
-    rows = keys.inbetween_rows(len(frames), inbetweens)
-    return KeySet(names, aligned, faces, loop, rows, removed), both[len(frames) :]
-
-
 def with_keys(part: Part, outlines: NDArray, suggestion: Suggestion, first: int = 0) -> Part:
     """The part with the suggested drawings as its keys, named k0, k12, ... after their frames.
 
@@ -136,7 +115,7 @@ def _distance(outlines: NDArray, simple: NDArray) -> Distance:
     def distance(chosen: tuple[int, ...]) -> NDArray:
         if not simple[list(chosen)].any():
             return np.full(len(outlines), np.inf)
-        keyset, seen = outline_keys(outlines, np.array(_in_order(chosen, simple)))
+        keyset, seen = contour.outline_keys(outlines, np.array(_in_order(chosen, simple)))
         placed, weights = contour.capture_points(seen, keyset, rounds=ROUNDS)
         redrawn = affine.apply(placed, np.tensordot(weights, keys.shapes(keyset), axes=1))
         return np.sqrt(((redrawn - seen) ** 2).sum(axis=-1).mean(axis=-1))

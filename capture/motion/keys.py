@@ -31,9 +31,16 @@ class KeySet:
     outline: NDArray  # (B,) the boundary, point by point in order
     rows: NDArray  # (D, 3)
     removed: NDArray  # (K, d, d + 1) from an aligned key back to where it was drawn
+    keeps_stretch: bool = False  # only turns and shifts were removed: stretch is the keys' own (preservation of volume)
 
 
-def keyset(names: tuple[str, ...], outlines: NDArray, inbetweens: int = 5, spacing: float | None = None) -> KeySet:
+def keyset(
+    names: tuple[str, ...],
+    outlines: NDArray,
+    inbetweens: int = 5,
+    spacing: float | None = None,
+    keeps_stretch: bool = False,
+) -> KeySet:
     """Mesh and align K corresponding closed outlines (K, B, 2), with `inbetweens` rows for every pair of keys.
 
     The inside of a later key is carried over from key 0 as rigidly as possible.
@@ -49,22 +56,26 @@ def keyset(names: tuple[str, ...], outlines: NDArray, inbetweens: int = 5, spaci
     rest = np.vstack([outlines[0], inside])
     handles = np.repeat(np.arange(boundary)[:, None], 3, axis=1)
     shares = np.tile([1.0, 0.0, 0.0], (boundary, 1))
-    aligned, removed = align(outlines, loop)  # first, or a key that is merely stretched would get another inside
+    # aligned first, or a key that is merely stretched would get another inside
+    aligned, removed = align(outlines, loop, keeps_stretch)
     points = [rest]
     for outline in aligned[1:]:
         carried = arap.carry(rest, faces, handles, shares, outline)
         points.append(np.vstack([outline, carried[boundary:]]))
-    return KeySet(tuple(names), np.stack(points), faces, loop, inbetween_rows(len(names), inbetweens), removed)
+    rows = inbetween_rows(len(names), inbetweens)
+    return KeySet(tuple(names), np.stack(points), faces, loop, rows, removed, keeps_stretch)
 
 
-def align(drawn: NDArray, outline: NDArray) -> tuple[NDArray, NDArray]:
+def align(drawn: NDArray, outline: NDArray, keeps_stretch: bool = False) -> tuple[NDArray, NDArray]:
     """Take out of keys (K, N, d) the affine map against key 0 (eq. 5), measured on the `outline` points (B,).
+
+    With `keeps_stretch` only its turn and shift are taken out.
 
     Returns aligned keys (K, N, d) and the removed maps (K, d, d + 1): drawn = removed applied to aligned.
     Source and target go through this same function, each against its own key 0.
     """
     drawn = np.asarray(drawn, float)
-    removed = affine.fit(drawn[0, outline], drawn[:, outline])
+    removed = against(drawn[0, outline], drawn[:, outline], keeps_stretch)
     removed[0] = affine.identity(drawn.shape[-1])
     flat = np.flatnonzero(np.linalg.cond(removed[..., :-1]) > 1e8)
     if len(flat):
@@ -73,6 +84,11 @@ def align(drawn: NDArray, outline: NDArray) -> tuple[NDArray, NDArray]:
             "point against key 0: draw it again"
         )
     return affine.apply(affine.invert(removed), drawn), removed
+
+
+def against(rest: NDArray, moved: NDArray, keeps_stretch: bool = False) -> NDArray:
+    """The maps (..., d, d + 1) of rest onto moved (..., N, d): affine, or with `keeps_stretch` turn and shift."""
+    return affine.fit_similarity(rest, moved, scaled=False) if keeps_stretch else affine.fit(rest, moved)
 
 
 def inbetween_rows(keys: int, inbetweens: int = 5) -> NDArray:
@@ -95,7 +111,7 @@ def rigid(keys: KeySet) -> NDArray:
     drawn = affine.apply(keys.removed, keys.points)
     drawn[np.linalg.det(keys.removed[..., :-1]) < 0, :, 0] *= -1  # half-way to its mirror image a shape has no width
     between = arap.inbetweens(drawn, keys.faces, keys.rows)
-    removed = affine.fit(drawn[0, keys.outline], between[:, keys.outline])
+    removed = against(drawn[0, keys.outline], between[:, keys.outline], keys.keeps_stretch)
     return affine.apply(affine.invert(removed), between)
 
 

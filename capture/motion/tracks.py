@@ -265,6 +265,8 @@ def _read(kind: type, item: dict[str, Any]) -> Any:
         value = item[field.name]
         if field.name in ("part", "parent"):
             values[field.name] = _text(value)
+        elif field.name == "keeps_stretch":
+            values[field.name] = bool(value)
         elif field.name in ("keys", "names"):
             values[field.name] = tuple(_text(name) for name in value)
         else:

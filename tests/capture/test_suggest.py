@@ -7,8 +7,8 @@ import pytest
 
 from capture.errors import InputError
 from capture.fit import outlines
-from capture.fit.contour import capture_points
-from capture.fit.suggest import held_outlines, outline_keys, reasons, suggest, with_keys
+from capture.fit.contour import capture_points, outline_keys
+from capture.fit.suggest import held_outlines, reasons, suggest, with_keys
 from capture.motion import affine, keys
 from capture.pictures.clip import clip_of
 from capture.pictures.shot import KeyDrawing, Part, Shot, check

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture.fit.contour import capture_points
+from capture.fit.contour import capture_points, outline_keys
 from capture.fit.outlines import corresponding
-from capture.fit.suggest import Suggestion, outline_keys, suggest
+from capture.fit.suggest import Suggestion, suggest
 from capture.motion import affine, arap, keys, triangulate
 from capture.motion.tracks import CartoonMotion, Track, check
 from capture.pictures import overlay

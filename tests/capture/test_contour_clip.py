@@ -1,0 +1,119 @@
+"""Whole clips of contours: the frog under noise, preservation of volume, the convex start."""
+
+import numpy as np
+import pytest
+
+from capture.errors import InputError
+from capture.fit import contour
+from capture.fit.convex_start import convex_start
+from capture.fit.weights import supports
+from capture.motion import affine, keys
+from fixtures import frog, maps
+
+
+@pytest.fixture(scope="module")
+def part():
+    return frog.frog().parts[0]
+
+
+@pytest.fixture(scope="module")
+def seen(part):
+    """The frog's key set without an inside, its outlines on the key set's points, and those with 1 px of noise."""
+    keyset, truth = contour.outline_keys(part.points, part.key_frames, part.key_names)
+    return keyset, truth, truth + np.random.default_rng(1).normal(size=truth.shape)
+
+
+def off(part, keyset, weights) -> np.ndarray:
+    return keys.fold(keyset.rows, weights, len(keyset.names)) - part.weights
+
+
+def jitter(error: np.ndarray) -> float:
+    return float(np.sqrt((np.diff(error, 2, axis=0) ** 2).mean()))
+
+
+def test_the_frogs_weights_come_back_from_noisy_contours(part, seen):
+    keyset, _, noisy = seen
+    _, weights = contour.capture_points(noisy, keyset)
+    worst = np.abs(off(part, keyset, weights)).max(axis=1)
+    print(f"\nfrog, contours with 1 px of noise: weights off by p95 {np.percentile(worst, 95):.3f}")
+    assert np.percentile(worst, 95) < 0.05
+
+
+def test_smoothness_halves_the_jitter_of_the_weights_and_does_not_lag(part, seen):
+    keyset, _, noisy = seen
+    _, rough = contour.capture_points(noisy, keyset, drawing=part.drawing)
+    _, smooth = contour.capture_points(noisy, keyset, smoothness=0.7, drawing=part.drawing)
+    before, after = jitter(off(part, keyset, rough)), jitter(off(part, keyset, smooth))
+    print(f"\nfrog: jitter of the weights {before:.4f}, smoothed {after:.4f}")
+    assert after <= 0.5 * before
+    folded = keys.fold(keyset.rows, smooth, len(keyset.names))
+    centred, true = folded - folded.mean(axis=0), part.weights - part.weights.mean(axis=0)
+    alike = [(centred[3 + lag : len(true) - 3 + lag] * true[3:-3]).sum() for lag in (-2, -1, 0, 1, 2)]
+    assert int(np.argmax(alike)) == 2
+
+
+def test_a_model_point_comes_back_with_its_parameters(seen):
+    keyset, _, _ = seen
+    shapes, rng = keys.shapes(keyset), np.random.default_rng(0)
+    allowed = supports(keyset.rows)
+    true = np.zeros((40, len(shapes)))
+    for t in range(40):
+        support = allowed[rng.integers(len(allowed))]
+        true[t, support] = rng.dirichlet(np.ones(len(support)))
+    linear = np.eye(2) + rng.normal(0, 0.3, (40, 2, 2))
+    placed = np.concatenate([linear, rng.normal(0, 100, (40, 2, 1))], axis=-1)
+    tracked = affine.apply(placed, np.tensordot(true, shapes, axes=1))
+    found_maps, found = contour.capture_points(tracked, keyset)
+    assert np.abs(affine.apply(found_maps, np.tensordot(found, shapes, axes=1)) - tracked).max() < 1e-3
+    assert np.abs(keys.fold(keyset.rows, found - true, len(keyset.names))).max() < 1e-4
+
+
+def test_the_convex_start_alone_is_exact_for_model_points(seen):
+    keyset, _, _ = seen
+    shapes = keys.shapes(keyset)
+    flat = affine.apply(np.array([[0.5, 0.8, 9], [-0.3, 0.4, -7.0]]), shapes)
+    found = convex_start(flat, shapes, keyset.rows)
+    want = keys.fold(keyset.rows, np.eye(len(shapes)), len(keyset.names))
+    assert np.abs(keys.fold(keyset.rows, found, len(keyset.names)) - want).max() < 1e-6
+
+
+def test_with_volume_preserved_a_part_only_turns_and_moves():
+    ball = maps.ellipse((0, 0), 50, 50, 60)
+    flat = maps.ellipse((0, 0), 65, 50 * 50 / 65, 60)
+    turns = np.linspace(0, 2, 9)
+    amounts = np.abs(np.sin(3 * turns))
+    outlines = []
+    for angle, amount in zip(turns, amounts):
+        drawn = (1 - amount) * ball + amount * flat
+        outlines.append(drawn @ maps.turn(angle).T + (20 * angle, 5))
+    tracked = np.stack(outlines)
+    keyset = keys.keyset(("round", "flat"), np.stack([ball, flat]), inbetweens=7, keeps_stretch=True)
+    points = np.concatenate([tracked, np.zeros((9, keyset.points.shape[1] - 60, 2))], axis=1)
+    edge = keyset.points.shape[1] - 60  # carry the inside along: it is not looked at by this test
+    mixed = np.einsum("t,nd->tnd", 1 - amounts, keyset.points[0]) + np.einsum("t,nd->tnd", amounts, keyset.points[1])
+    placed = np.stack([np.column_stack([maps.turn(a), (20 * a, 5)]) for a in turns])
+    points[:, 60:] = affine.apply(placed, mixed)[:, 60:]
+    assert edge > 0
+    found, weights = contour.capture_points(points, keyset)
+    assert np.allclose(found[:, :, :2] @ found[:, :, :2].swapaxes(1, 2), np.eye(2))
+    assert np.allclose(np.linalg.det(found[:, :, :2]), 1)
+    assert np.abs(keys.fold(keyset.rows, weights, 2)[:, 1] - amounts).max() < 0.05
+
+
+def test_a_clip_of_outlines_becomes_a_motion(part):
+    motion = contour.capture_outlines(part.points, part.key_frames)
+    assert motion.tracks[0].held.sum() == (np.diff(part.drawing) == 0).sum()
+    assert np.median(motion.tracks[0].residual) < 0.3
+    assert np.abs(motion.points("character")[:, : part.points.shape[1]] - part.points).max() < 3
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda outlines: np.where(np.arange(len(outlines))[:, None, None] == 3, np.nan, outlines), "frame 3"),
+        (lambda outlines: outlines[:, :7], "like the key set's"),
+    ],
+)
+def test_points_that_cannot_be_captured_are_refused(part, seen, change, told: str):
+    with pytest.raises(InputError, match=told):
+        contour.capture_points(change(seen[1].copy()), seen[0])
