@@ -10,6 +10,8 @@ from typing import Annotated
 
 from cyclopts import App, CycloptsError, Parameter
 
+from retarget.console import background_of, folder_at, not_shadowed, one_line, shot_of, stem, told
+
 Out = Annotated[Path | None, Parameter(name=["--out", "-o"])]
 
 
@@ -23,7 +25,7 @@ def demo(out: Annotated[Path, Parameter(name=["--out", "-o"])] = Path("demo")) -
     """
     from retarget.demo import demo as run
 
-    return run(_folder(out))
+    return run(folder_at(out))
 
 
 def fixtures(folder: Path) -> str:
@@ -37,7 +39,7 @@ def fixtures(folder: Path) -> str:
     from capture.progress import progress
     from fixtures import cartoons, write
 
-    folder = _folder(folder)
+    folder = folder_at(folder)
     toons = cartoons.all_toons()
     for name, draw in progress(toons.items(), "drawing", len(toons)):
         write.write_toon(draw(), folder)
@@ -99,16 +101,16 @@ def suggest(
     from capture.pictures.encode import write_picture
     from capture.pictures.shot import write_shot
 
-    shot = _shot(source, name, box, color, frame, start, stop, fps, tile)
+    shot = shot_of(source, name, box, color, frame, start, stop, fps, tile)
     if len(shot.parts) > 1:
         raise InputError(f"keys are suggested for one part at a time, {source} has {len(shot.parts)}: split it")
-    clip = _told(video.open_clip(shot))
+    clip = told(video.open_clip(shot))
     followed = outlines.follow(shot.parts[0], clip, shot.start)
     found = choosing.suggest(followed.points, residual, keys, followed.whole)
     part = choosing.with_keys(shot.parts[0], followed.points, found, shot.start)
     why = choosing.reasons(found, shot.start)
-    out = out or Path(_stem(source) + ".shot.toml")
-    sheet, curves = (out.with_name(f"{_stem(out)}.{kind}.png") for kind in ("keys", "residual"))
+    out = out or Path(stem(source) + ".shot.toml")
+    sheet, curves = (out.with_name(f"{stem(out)}.{kind}.png") for kind in ("keys", "residual"))
     write_shot(replace(shot, parts=(part,)), out)
     pictures = [clip[int(t)] for t in found.key_frames]
     write_picture(sheet, proof.key_sheet(pictures, followed.points[found.key_frames], why))
@@ -164,17 +166,66 @@ def capture(
     from capture.motion import tracks
     from capture.pictures.shot import write_shot
 
-    shot = _shot(source, name, box, color, frame, start, stop, fps, tile)
-    out = out or Path(_stem(source) + ".motion.json")
-    clip = _told(video.open_clip(shot))
+    shot = shot_of(source, name, box, color, frame, start, stop, fps, tile)
+    out = out or Path(stem(source) + ".motion.json")
+    clip = told(video.open_clip(shot))
     motion = video.capture(shot, clip)
     tracks.save(motion, out)
     said = f"{out}: {tracks.summary(motion)}"
     if not source.name.endswith(".toml"):
-        beside = out.with_name(_stem(out) + ".shot.toml")
+        beside = out.with_name(stem(out) + ".shot.toml")
         write_shot(shot, beside)
         said += f"; the shot is in {beside}"
     return said
+
+
+def contour(
+    source: Path,
+    out: Out = None,
+    *,
+    name: str = "character",
+    residual: float = 1.0,
+    keys: int = 8,
+    points: int = 100,
+    smooth: float = 0.0,
+    volume: bool = False,
+) -> str:
+    """Capture the motion of contours that are known in every frame; key drawings are found among them.
+
+    Parameters
+    ----------
+    source
+        A JSON or CSV of points, an SVG with a path for each frame, or a folder of SVGs.
+    out
+        The motion file; NAME.motion.json beside you if not given.
+    name
+        What to call the part.
+    residual
+        How many pixels the chosen keys may leave in any frame.
+    keys
+        How many keys there may be at most.
+    points
+        How many points an outline gets.
+    smooth
+        Seconds over which the change of shape is smoothed; 0.1 calms shaky tracing.
+    volume
+        Let the part turn and move only, so that squash and stretch lie in its keys.
+    """
+    from capture.fit import correspond
+    from capture.fit import suggest as keys_of
+    from capture.fit.contour import capture_outlines
+    from capture.motion import tracks
+    from capture.pictures.contours import read_contours
+
+    contours = read_contours(source)
+    outlines = correspond.align_all(contours, points)
+    found = keys_of.suggest(outlines, residual, keys)
+    size = tuple(int(edge) for edge in outlines.max(axis=(0, 1)).clip(1) + 16)
+    motion = capture_outlines(outlines, found.key_frames, contours.fps, size, name, smooth, volume)
+    out = out or Path(stem(source) + ".motion.json")
+    tracks.save(motion, out)
+    chosen = ", ".join(str(frame) for frame in found.key_frames)
+    return f"{out}: {tracks.summary(motion)}; keys are frames {chosen}"
 
 
 def overlay(shot: Path, motion: Path, out: Out = None) -> str:
@@ -197,8 +248,8 @@ def overlay(shot: Path, motion: Path, out: Out = None) -> str:
     from capture.progress import progress
 
     captured = tracks.load(motion)
-    clip = _told(video.open_clip(read_shot(shot)))
-    out = out or Path(_stem(motion) + ".proof.mp4")
+    clip = told(video.open_clip(read_shot(shot)))
+    out = out or Path(stem(motion) + ".proof.mp4")
     frames = progress(proof.draw_over(clip, captured), "overlay", len(clip))
     count = write_clip(out, frames, captured.fps, captured.times)
     worst = proof.residual_plot(captured, out.with_name(out.stem + ".misfit.png"))
@@ -241,7 +292,7 @@ def retarget(
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
-    out = out or Path(_stem(motion) + ".retarget.mp4")
+    out = out or Path(stem(motion) + ".retarget.mp4")
     if out.suffix == ".csv":
         write_csv(captured, out)
         return f"{out}: {tracks.summary(captured)}"
@@ -249,14 +300,14 @@ def retarget(
         raise InputError("a retarget needs either --cast FILE or --drawing FILES, to say who plays")
     chosen = casting.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
     performance = perform(captured, casting.targets(chosen, captured))
-    behind = casting.backdrop(chosen) if background is None else _background(background)
+    behind = casting.backdrop(chosen) if background is None else background_of(background)
     frames = draw2d.draw_frames(performance, behind, size)
     count = write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
     parts = ", ".join(part.name for part in chosen.parts)
     return f"{out}: {count} frames at {captured.fps:.4g} a second, new drawings play {parts}"
 
 
-COMMANDS: tuple[Callable[..., str], ...] = (demo, fixtures, suggest, capture, overlay, retarget)
+COMMANDS: tuple[Callable[..., str], ...] = (demo, fixtures, suggest, capture, contour, overlay, retarget)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -272,10 +323,10 @@ def main(arguments: list[str] | None = None) -> int:
     from capture.errors import InputError
 
     try:
-        _not_shadowed()
+        not_shadowed()
         said = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except (InputError, CycloptsError) as error:
-        print(f"tooncap: {_one_line(error)}", file=sys.stderr)
+        print(f"tooncap: {one_line(error)}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("tooncap: interrupted; nothing half-written is left", file=sys.stderr)
@@ -283,96 +334,6 @@ def main(arguments: list[str] | None = None) -> int:
     if said:
         print(said)
     return 0
-
-
-def _not_shadowed() -> None:
-    """Refuse to run with another project's package in the place of ours: PyPI has a `capture` and a `mocap`."""
-    from importlib.util import find_spec
-
-    from capture.errors import InputError
-
-    home = Path(__file__).resolve().parents[1]
-    for name in ("capture", "mocap", "fixtures"):
-        spec = find_spec(name)
-        if spec is None or spec.origin is None or Path(spec.origin).resolve().parents[1] != home:
-            where = "nowhere" if spec is None else spec.origin
-            raise InputError(
-                f"tooncap's own package {name!r} must be the one that is imported, Python finds {where}: uninstall "
-                f"the other project named {name!r}, or install tooncap in an environment of its own"
-            )
-
-
-def _shot(
-    source: Path,
-    name: str,
-    box: tuple[float, float, float, float] | None,
-    color: str | None,
-    frame: int | None,
-    start: int,
-    stop: int | None,
-    fps: float | None,
-    tile: tuple[int, int] | None,
-) -> "object":
-    """The shot that a shot file holds, or that the flags tell of a clip."""
-    from capture.errors import InputError
-    from capture.pictures.shot import KeyDrawing, Part, Shot, read_shot
-
-    if source.name.endswith(".toml"):
-        if any(value is not None for value in (box, color, frame, stop, fps, tile)) or start:
-            raise InputError(f"a shot file says itself what to capture: put box, colour and frames into {source}")
-        return read_shot(source)
-    if box is None and color is None:
-        raise InputError(f"a clip needs --box or --color, to say what in {source} to capture; or give a shot file")
-    key = KeyDrawing("rest", start if frame is None else frame)
-    part = Part(name, (key,), box=box, color=None if color is None else _rgb(color))
-    return Shot(str(source), (part,), start, stop, fps, tile)
-
-
-def _stem(path: Path) -> str:
-    """A file's name without what says its kind: hop.shot.toml, hop.motion.json and hop.mp4 are hop."""
-    kinds = (".shot.toml", ".motion.json", ".toml", ".json")
-    return next((path.name.removesuffix(kind) for kind in kinds if path.name.endswith(kind)), path.stem)
-
-
-def _told(clip: "object") -> "object":
-    """The clip, after saying what a user should know of it."""
-    for note in clip.notes:
-        print(f"tooncap: {note}", file=sys.stderr)
-    return clip
-
-
-def _folder(folder: Path) -> Path:
-    """The folder, made if its parent is there."""
-    from capture.errors import InputError
-
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: the output folder cannot be made ({error.strerror}); choose another") from None
-    return folder
-
-
-def _rgb(text: str) -> tuple[int, int, int]:
-    from matplotlib.colors import to_rgb
-
-    from capture.errors import InputError
-
-    try:
-        red, green, blue = (round(255 * channel) for channel in to_rgb(text))
-    except ValueError:
-        raise InputError(f'a colour must be a name or such as "#3a7f2c", got {text!r}') from None
-    return red, green, blue
-
-
-def _background(text: str) -> "object":
-    """A colour's name as it is, or the picture of that file."""
-    from retarget.characters.picture import read_image
-
-    return read_image(text) if Path(text).suffix.lower() in (".png", ".jpg", ".jpeg", ".webp") else text
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """The command: what it leaves, and that bad input is one sentence, exit code 2 and nothing half-written."""
 
+import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -10,6 +11,7 @@ import pytest
 
 from capture.motion import tracks
 from capture.pictures.clip import clip_of
+from capture.pictures.contours import make, write_contours
 from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_clip
 from capture.pictures.shot import read_shot, write_shot
@@ -122,6 +124,23 @@ def test_the_size_asked_for_is_the_size_made(short: Path, tmp_path: Path):
     asked = ["retarget", str(short / "ball.motion.json"), "--drawing", str(short / "square.svg"), "--size", "320"]
     assert main([*asked, "--background", "#fed", "-o", str(tmp_path / "small.mp4")]) == 0
     assert read_clip(tmp_path / "small.mp4").size == (320, 240)
+
+
+def test_contours_are_captured_and_their_keys_found(tmp_path: Path, capsys):
+    part = hat.hat().parts[0]
+    write_contours(make(list(part.points[::3]), True, 8.0), tmp_path / "hat.json")
+    out = tmp_path / "hat.motion.json"
+    assert main(["contour", str(tmp_path / "hat.json"), "-o", str(out), "--name", "hat", "--smooth", "0.05"]) == 0
+    assert "keys are frames" in capsys.readouterr().out
+    motion = tracks.load(out)
+    assert len(motion.times) == len(part.points[::3])
+    assert motion.track("hat").residual.max() < 1.5
+
+
+def test_crossing_contours_are_refused(tmp_path: Path, capsys):
+    bow = np.array([(0, 0), (40, 40), (40, 0), (0, 40)], float)
+    (tmp_path / "bow.json").write_text(json.dumps({"frames": [bow.tolist()] * 3}))
+    assert "cross" in refused(capsys, tmp_path, "contour", tmp_path / "bow.json", "-o", tmp_path / "a.json")
 
 
 def test_fixtures_are_written_with_their_truth(tmp_path: Path):
