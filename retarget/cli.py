@@ -192,6 +192,8 @@ def contour(
 ) -> str:
     """Capture the motion of contours that are known in every frame; key drawings are found among them.
 
+    Open curves are captured as lines of action.
+
     Parameters
     ----------
     source
@@ -213,19 +215,22 @@ def contour(
     """
     from capture.fit import correspond
     from capture.fit import suggest as keys_of
+    from capture.fit.action import capture_line
     from capture.fit.contour import capture_outlines
     from capture.motion import tracks
     from capture.pictures.contours import read_contours
 
     contours = read_contours(source)
     outlines = correspond.align_all(contours, points)
-    found = keys_of.suggest(outlines, residual, keys)
     size = tuple(int(edge) for edge in outlines.max(axis=(0, 1)).clip(1) + 16)
-    motion = capture_outlines(outlines, found.key_frames, contours.fps, size, name, smooth, volume)
+    if contours.closed:
+        found = keys_of.suggest(outlines, residual, keys)
+        motion = capture_outlines(outlines, found.key_frames, contours.fps, size, name, smooth, volume)
+    else:
+        motion = capture_line(outlines, contours.fps, most_keys=keys, within=residual, part=name, size=size)
     out = out or Path(stem(source) + ".motion.json")
     tracks.save(motion, out)
-    chosen = ", ".join(str(frame) for frame in found.key_frames)
-    return f"{out}: {tracks.summary(motion)}; keys are frames {chosen}"
+    return f"{out}: {tracks.summary(motion)}; its keys are {', '.join(motion.tracks[0].keys)}"
 
 
 def overlay(shot: Path, motion: Path, out: Out = None) -> str:
@@ -264,6 +269,7 @@ def retarget(
     drawing: tuple[Path, ...] = (),
     background: str | None = None,
     size: int | None = None,
+    bend: bool = False,
 ) -> str:
     """Lend a captured motion to new drawings.
 
@@ -281,6 +287,8 @@ def retarget(
         A colour or a picture behind the character; transparent if not given, white in an mp4.
     size
         Width in pixels of what is made; the source's own if not given.
+    bend
+        Bend the one drawing along a captured line of action.
     """
     from capture.errors import InputError
     from capture.motion import tracks
@@ -298,7 +306,13 @@ def retarget(
         return f"{out}: {tracks.summary(captured)}"
     if (cast is None) == (not drawing):
         raise InputError("a retarget needs either --cast FILE or --drawing FILES, to say who plays")
-    chosen = casting.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
+    if bend and (cast is not None or len(drawing) != 1 or len(captured.tracks) != 1):
+        raise InputError('--bend needs one --drawing and a motion of one part; a cast says between = "bend" itself')
+    if bend:
+        part = casting.CastPart(captured.tracks[0].part, drawing=str(drawing[0]), between=casting.BEND)
+        chosen = casting.Cast((part,))
+    else:
+        chosen = casting.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
     performance = perform(captured, casting.targets(chosen, captured))
     behind = casting.backdrop(chosen) if background is None else background_of(background)
     frames = draw2d.draw_frames(performance, behind, size)

@@ -4,7 +4,8 @@
 
     [[parts]]
     name = "frog"
-    between = "rigid"                    # in-betweens as rigid as possible, or "straight" lines
+    between = "rigid"                    # in-betweens as rigid as possible, "straight" lines, or "bend":
+                                         # one drawing bent along a captured line of action
     height = 1.0                         # times the source's height
     pivot = [120.0, 80.0]                # where it turns, in the first key's drawing; the source's without it
 
@@ -30,10 +31,12 @@ from capture.errors import InputError
 from capture.files import written_beside
 from capture.motion import keys
 from capture.motion.tracks import CartoonMotion, Track
+from retarget.characters.bend import read_bent
 from retarget.characters.drawing import read_drawing
 from retarget.characters.picture import read_image, read_picture
 from retarget.characters.target import REST, Target
 
+BEND = "bend"
 BETWEEN = {"rigid": keys.rigid, "straight": keys.straight}
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")
 DRAWINGS = (".svg", *PICTURES)
@@ -144,7 +147,7 @@ def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) 
 
 def targets(cast: Cast, motion: CartoonMotion) -> list[Target]:
     """The characters of a cast, drawings read, keys in the motion's order."""
-    return [_target(part, cast, motion.track(part.name)) for part in cast.parts]
+    return [_target(part, cast, motion) for part in cast.parts]
 
 
 def backdrop(cast: Cast) -> str | NDArray | None:
@@ -154,7 +157,23 @@ def backdrop(cast: Cast) -> str | NDArray | None:
     return read_image(cast.folder / cast.background)
 
 
-def _target(part: CastPart, cast: Cast, track: Track) -> Target:
+def _target(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
+    target = _bent(part, cast, motion) if part.between == BEND else _keyed(part, cast, motion.track(part.name))
+    pivot = None if part.pivot is None else np.array(part.pivot, float)
+    return replace(target, height=part.height, pivot=pivot)
+
+
+def _bent(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
+    """The part's one SVG, bent along the captured line of action."""
+    if part.keys or Path(part.drawing).suffix.lower() != ".svg":
+        raise InputError(
+            f"part {part.name!r}: a drawing that bends along a line must be one SVG and no keys, it has "
+            f"{len(part.keys)} keys and drawing {part.drawing!r}: give the part drawing = an SVG file alone"
+        )
+    return read_bent(part.name, motion.keyset(part.name), cast.folder / part.drawing)
+
+
+def _keyed(part: CastPart, cast: Cast, track: Track) -> Target:
     rest = not part.keys
     played = {key.name: key for key in part.keys}
     if not rest and (set(played) != set(track.keys) or len(played) < len(part.keys)):
@@ -169,23 +188,21 @@ def _target(part: CastPart, cast: Cast, track: Track) -> Target:
     kinds = {file.suffix.lower() for file in files}
     between = BETWEEN[part.between]
     if kinds == {".svg"}:
-        target = read_drawing(part.name, names, files, between)
-    elif kinds <= set(PICTURES):
+        return read_drawing(part.name, names, files, between)
+    if kinds <= set(PICTURES):
         outlines = [np.array(key.outline, float) if key.outline else None for key in keys]
-        target = read_picture(part.name, names, files, outlines, between)
-    else:
-        raise InputError(
-            f"part {part.name!r}: its drawings must all be SVG, or all be pictures ({', '.join(PICTURES)}), "
-            f"these are {', '.join(sorted(kinds))}: convert the others"
-        )
-    pivot = None if part.pivot is None else np.array(part.pivot, float)
-    return replace(target, height=part.height, pivot=pivot)
+        return read_picture(part.name, names, files, outlines, between)
+    raise InputError(
+        f"part {part.name!r}: its drawings must all be SVG, or all be pictures ({', '.join(PICTURES)}), "
+        f"these are {', '.join(sorted(kinds))}: convert the others"
+    )
 
 
 def _checked(cast: Cast) -> Cast:
     for part in cast.parts:
-        if part.between not in BETWEEN:
-            raise InputError(f"part {part.name!r}: between must be one of {', '.join(BETWEEN)}, it is {part.between!r}")
+        if part.between not in (*BETWEEN, BEND):
+            known = ", ".join((*BETWEEN, BEND))
+            raise InputError(f"part {part.name!r}: between must be one of {known}, it is {part.between!r}")
         if not 0 < part.height < np.inf:
             raise InputError(f"part {part.name!r}: height must be above 0, times the source's, it is {part.height}")
         for key in part.keys or (CastKey(REST),):

@@ -15,7 +15,7 @@ from capture.pictures.contours import make, write_contours
 from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_clip
 from capture.pictures.shot import read_shot, write_shot
-from fixtures import ball, hat, write
+from fixtures import ball, broom, hat, write
 from retarget.cli import main
 
 BOX = ["--box", "20", "320", "120", "110"]
@@ -131,10 +131,24 @@ def test_contours_are_captured_and_their_keys_found(tmp_path: Path, capsys):
     write_contours(make(list(part.points[::3]), True, 8.0), tmp_path / "hat.json")
     out = tmp_path / "hat.motion.json"
     assert main(["contour", str(tmp_path / "hat.json"), "-o", str(out), "--name", "hat", "--smooth", "0.05"]) == 0
-    assert "keys are frames" in capsys.readouterr().out
+    assert "its keys are k" in capsys.readouterr().out
     motion = tracks.load(out)
     assert len(motion.times) == len(part.points[::3])
     assert motion.track("hat").residual.max() < 1.5
+
+
+def test_a_line_of_action_bends_a_drawing(tmp_path: Path, capsys):
+    lines = broom.broom().line[:24:3]
+    write_contours(make(list(lines), False, 8.0), tmp_path / "broom.json")
+    motion, out = tmp_path / "broom.motion.json", tmp_path / "flower.webm"
+    assert main(["contour", str(tmp_path / "broom.json"), "-o", str(motion)]) == 0
+    flower = write.CHARACTERS / "flower.svg"
+    assert main(["retarget", str(motion), "--drawing", str(flower), "--bend", "-o", str(out)]) == 0
+    alpha = np.stack([frame[..., 3] for frame in read_clip(out)]) > 127
+    tops = [np.argwhere(frame)[0] for frame in alpha]
+    leans = lines[:, -1, 0] - lines[:, 0, 0]
+    feet = lines[:, 0, 0]
+    assert np.corrcoef([top[1] for top in tops] - feet, leans)[0, 1] > 0.9  # the head goes where the line's top goes
 
 
 def test_crossing_contours_are_refused(tmp_path: Path, capsys):
