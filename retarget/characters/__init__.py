@@ -1,1 +1,1 @@
-"""Who plays the motion: read `target`, the one protocol, then `drawing`."""
+"""Who plays the motion: read `target`, the one protocol, then `drawing`, `picture`, `bend` and, last, `cast`."""
