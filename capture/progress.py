@@ -1,29 +1,55 @@
-"""A progress bar for work that may take longer than a second."""
+"""A progress bar for work that may take longer than a second; only on a terminal, and one at a time."""
 
 from collections.abc import Iterable, Iterator
-from typing import TypeVar
+from contextlib import contextmanager
+from typing import Any, TypeVar
 
 Item = TypeVar("Item")
+
+_shown = False  # a terminal has room for one: what runs inside shown work is part of it
 
 
 def progress(items: Iterable[Item], label: str, total: int | None = None) -> Iterator[Item]:
     """Yield the items; on a terminal show how many are done, how many a second, and the time left."""
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        ProgressColumn,
-        TextColumn,
-        TimeRemainingColumn,
-    )
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
     from rich.text import Text
 
     class Rate(ProgressColumn):
         def render(self, task) -> Text:  # noqa: ANN001 - rich's own type
             return Text(f"{task.speed:.1f}/s" if task.speed else "")
 
+    with _terminal() as console:
+        if console is None:
+            yield from items
+            return
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Rate(), TimeRemainingColumn())
+        with Progress(*columns, console=console, transient=True) as bar:
+            yield from bar.track(items, total=total, description=label)
+
+
+@contextmanager
+def working(label: str) -> Iterator[None]:
+    """Show on a terminal that something is being done whose length is not known."""
+    with _terminal() as console:
+        if console is None:
+            yield
+            return
+        with console.status(label):
+            yield
+
+
+@contextmanager
+def _terminal() -> Iterator[Any]:
+    """The terminal, if there is one and nothing is shown on it yet."""
+    global _shown
+    from rich.console import Console
+
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Rate(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        yield from bar.track(items, total=total, description=label)
+    if _shown or not console.is_terminal:
+        yield None
+        return
+    _shown = True
+    try:
+        yield console
+    finally:
+        _shown = False

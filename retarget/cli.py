@@ -293,7 +293,7 @@ def retarget(
     from capture.errors import InputError
     from capture.motion import tracks
     from capture.pictures.encode import write_clip
-    from capture.progress import progress
+    from capture.progress import progress, working
     from retarget.characters import cast as casting
     from retarget.export.tables import write_csv
     from retarget.stage import draw2d
@@ -313,7 +313,8 @@ def retarget(
         chosen = casting.Cast((part,))
     else:
         chosen = casting.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
-    performance = perform(captured, casting.targets(chosen, captured))
+    with working("learning the drawings"):
+        performance = perform(captured, casting.targets(chosen, captured))
     behind = casting.backdrop(chosen) if background is None else background_of(background)
     frames = draw2d.draw_frames(performance, behind, size)
     count = write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)

@@ -10,7 +10,7 @@ from capture.motion.tracks import CartoonMotion
 from capture.pictures import overlay
 from capture.pictures.encode import over, write_clip, write_picture
 from capture.pictures.shot import read_shot
-from capture.progress import progress
+from capture.progress import progress, working
 from fixtures import frog, write
 from fixtures.toon import Toon
 from retarget.characters import cast as casting
@@ -38,7 +38,8 @@ def demo(folder: Path) -> str:
     drawings = [path for path in write.write_characters(folder / "characters") if path.stem.startswith("bunny_")]
     cast = casting.cast_of(drawings, motion)
     casting.write_cast(cast, folder / "bunny.cast.toml")
-    performance = perform(motion, casting.targets(cast, motion))
+    with working("learning the bunny"):
+        performance = perform(motion, casting.targets(cast, motion))
     bunny = list(progress(draw2d.draw_frames(performance), "drawing the bunny", len(clip)))
     write_clip(folder / "bunny.webm", progress(bunny, "writing bunny.webm", len(clip)), motion.fps)
 

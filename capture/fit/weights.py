@@ -44,7 +44,7 @@ def fit_smooth(
     smoothness: float,
     most: int = MOST,
     bounds: tuple[float, float] = (-0.5, 1.5),
-    simpler: float = 1.02,
+    simpler: float = 1.06,
     drawing: NDArray | None = None,
 ) -> NDArray:
     """Weights (T, D) as by `fit_weights`, but of the whole clip at once, so that the mixed shape moves evenly.
@@ -52,7 +52,8 @@ def fit_smooth(
     An error in a single frame is spread until it falls to half `smoothness` frames away (seconds times frames a second;
     1 takes off the worst, 3 leaves slow moves only).  The shape is smoothed, not the weights; nothing lags behind.
     A cartoon on twos moves by steps, which must not be smoothed: frames in a row with the same number in `drawing` (T,)
-    show one drawing and get the same weights.
+    show one drawing and get the same weights.  `simpler` is stricter than there: a key that joins in for one frame is
+    jitter too.
     """
     tracked, shapes = _checked(tracked, shapes, bounds, most, _key_count(rows))
     if not 0 <= smoothness < np.inf:

@@ -39,7 +39,7 @@ def test_the_frogs_weights_come_back_from_noisy_contours(part, seen):
     assert np.percentile(worst, 95) < 0.05
 
 
-def test_smoothness_calms_the_weights_and_does_not_lag(part, seen):
+def test_smoothness_halves_the_jitter_of_the_frogs_weights_and_does_not_lag(part, seen):
     keyset, truth, _ = seen
     ratios, lags = [], []
     for seed in range(4):
@@ -49,7 +49,7 @@ def test_smoothness_calms_the_weights_and_does_not_lag(part, seen):
         ratios.append(jitter(off(part, keyset, smooth)) / jitter(off(part, keyset, rough)))
         lags.append(_lag(keys.fold(keyset.rows, smooth, len(keyset.names)), part.weights))
     print(f"\nfrog: smoothing leaves {np.mean(ratios):.2f} of the weights' jitter, by seed {np.round(ratios, 2)}")
-    assert np.mean(ratios) < 0.7  # what is left is how far posed bones are from rigid in-betweens, not noise
+    assert np.mean(ratios) <= 0.5
     assert lags == [0, 0, 0, 0]
 
 

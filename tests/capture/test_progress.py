@@ -1,0 +1,32 @@
+"""Progress is shown on a terminal only, one bar at a time, and never changes what is yielded."""
+
+import pytest
+from rich.console import Console
+
+from capture.progress import progress, working
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(Console, "is_terminal", property(lambda self: True))
+
+
+def test_items_pass_through_off_a_terminal(capsys):
+    assert list(progress(iter("abc"), "letters", 3)) == ["a", "b", "c"]
+    assert capsys.readouterr().err == ""
+
+
+def test_work_inside_work_shows_one_bar_and_does_not_fail(terminal, capsys):
+    inner = [list(progress(range(3), "inner")) for _ in progress(range(2), "outer", 2)]
+    assert inner == [[0, 1, 2]] * 2
+    with working("thinking"):
+        assert list(progress(range(2), "inner", 2)) == [0, 1]
+    assert "outer" in capsys.readouterr().err
+
+
+def test_the_next_bar_is_shown_after_one_that_failed(terminal, capsys):
+    with pytest.raises(ZeroDivisionError):
+        [1 / n for n in progress([1, 0], "first", 2)]
+    capsys.readouterr()
+    assert list(progress([1], "second", 1)) == [1]
+    assert "second" in capsys.readouterr().err
