@@ -15,7 +15,7 @@ from capture.fit import weights as key_weights
 from capture.fit.medial import even
 from capture.motion import affine, keys
 from capture.motion.keys import KeySet
-from capture.motion.tracks import CartoonMotion, Track, check
+from capture.motion.tracks import CartoonMotion, check, track_of
 
 STATIONS = 32
 """A ribbon has so many points along each of its two sides."""
@@ -46,21 +46,10 @@ def capture_line(
     keyset = line_keys(tuple(f"frame {t}" for t in frames), ribbons[frames])
     placed, weights = _fit(ribbons, keyset, rounds)
     drawn = affine.apply(placed, np.tensordot(weights, keys.shapes(keyset), axes=1))
-    pivot = centre_lines(keyset.points[0])[0]
+    off = np.linalg.norm(centre_lines(drawn) - lines, axis=-1).max(axis=1)
+    held = np.append(False, np.abs(np.diff(lines, axis=0)).max(axis=(1, 2)) < 1e-3)
+    track = track_of(part, keyset, placed, weights, off, pivot=centre_lines(keyset.points[0])[0], held=held)
     count = len(lines)
-    track = Track(
-        part=part,
-        parent="",
-        pivot=pivot,
-        keys=keyset.names,
-        rows=keyset.rows,
-        affine=affine.from_about(placed, pivot),
-        weights=weights,
-        residual=np.linalg.norm(centre_lines(drawn) - lines, axis=-1).max(axis=1),
-        visible=np.ones(count, bool),
-        held=np.append(False, np.abs(np.diff(lines, axis=0)).max(axis=(1, 2)) < 1e-3),
-        order=np.zeros(count, int),
-    )
     size = tuple(int(v) for v in np.ceil(lines.max(axis=(0, 1)) + 1)) if size is None else size
     return check(
         CartoonMotion((track,), (keyset,), np.arange(count) / fps, float(fps), (max(size[0], 1), max(size[1], 1)))

@@ -13,7 +13,7 @@ from capture.fit import weights as key_weights
 from capture.fit.convex_start import convex_start
 from capture.motion import affine, keys, triangulate
 from capture.motion.keys import KeySet
-from capture.motion.tracks import CartoonMotion, Track
+from capture.motion.tracks import CartoonMotion, track_of
 
 BOUNDS = (-0.5, 1.5)
 
@@ -82,22 +82,8 @@ def capture_outlines(
     placed, weights = capture_points(points, keyset, smoothness=smoothness * fps, drawing=drawing)
     shape = np.tensordot(weights, keys.shapes(keyset), axes=1)
     off = np.linalg.norm(affine.apply(placed, shape) - points, axis=-1)
-    pivot = keyset.points[0, keyset.outline].mean(axis=0)
-    frames = len(points)
-    track = Track(
-        part=part,
-        parent="",
-        pivot=pivot,
-        keys=keyset.names,
-        rows=keyset.rows,
-        affine=affine.from_about(placed, pivot),
-        weights=weights,
-        residual=np.sqrt((off**2).mean(axis=1)),
-        visible=np.ones(frames, bool),
-        held=held,
-        order=np.zeros(frames, int),
-    )
-    return CartoonMotion((track,), (keyset,), np.arange(frames) / fps, float(fps), size)
+    track = track_of(part, keyset, placed, weights, np.sqrt((off**2).mean(axis=1)), held=held)
+    return CartoonMotion((track,), (keyset,), np.arange(len(points)) / fps, float(fps), size)
 
 
 def outline_keys(

@@ -14,7 +14,7 @@ from capture.fit import weights as key_weights
 from capture.motion import affine, keys
 from capture.motion.keys import KeySet
 from capture.motion.parts import blended
-from capture.motion.tracks import CartoonMotion, Track
+from capture.motion.tracks import CartoonMotion, relative_to_parents, track_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,21 @@ def capture_parts(
                 root = np.sqrt(share)[:, None]
                 weights[number] = key_weights.fit_weights(own * root, rows * root, keyset.rows)
     off = np.linalg.norm(tracked - blended(shares, np.einsum("ptr,rnd->ptnd", weights, rows), maps), axis=-1)
-    return _as_motion(maps, weights, off, keyset, shares, joints, fps, size)
+    residual = np.sqrt(np.einsum("tn,np->pt", off**2, shares) / shares.sum(axis=0)[:, None])
+    found = tuple(
+        track_of(
+            joint.part,
+            keyset,
+            maps[number],
+            weights[number],
+            residual[number],
+            pivot=joint.pivot,
+            parent=joint.parent,
+            order=joint.order,
+        )
+        for number, joint in enumerate(joints)
+    )
+    return relative_to_parents(CartoonMotion(found, (keyset,) * count, np.arange(frames) / fps, fps, size))
 
 
 def _weighted_fit(source: NDArray, target: NDArray, weight: NDArray) -> NDArray:
@@ -90,42 +104,6 @@ def _linear(source: NDArray, target: NDArray, weight: NDArray, from_: NDArray, t
     own = own + 1e-9 * np.trace(own, axis1=1, axis2=2)[:, None, None] * np.eye(2)
     linear = cross @ np.linalg.inv(own)
     return np.concatenate([linear, (to - (linear @ from_[..., None])[..., 0])[..., None]], axis=-1)
-
-
-def _as_motion(
-    maps: NDArray,
-    weights: NDArray,
-    off: NDArray,
-    keyset: KeySet,
-    shares: NDArray,
-    joints: list[Joint],
-    fps: float,
-    size: tuple[int, int],
-) -> CartoonMotion:
-    names = [joint.part for joint in joints]
-    frames = len(off)
-    found = []
-    for number, joint in enumerate(joints):
-        local = maps[number]
-        if joint.parent:
-            local = affine.compose(affine.invert(maps[names.index(joint.parent)]), local)
-        share = shares[:, number]
-        found.append(
-            Track(
-                part=joint.part,
-                parent=joint.parent,
-                pivot=np.asarray(joint.pivot, float),
-                keys=keyset.names,
-                rows=keyset.rows,
-                affine=affine.from_about(local, joint.pivot),
-                weights=weights[number],
-                residual=np.sqrt((off**2 * share).sum(axis=1) / share.sum()),
-                visible=np.ones(frames, bool),
-                held=np.zeros(frames, bool),
-                order=np.full(frames, joint.order),
-            )
-        )
-    return CartoonMotion(tuple(found), (keyset,) * len(found), np.arange(frames) / fps, fps, size)
 
 
 def _check(joints: list[Joint], shares: NDArray, keyset: KeySet) -> None:

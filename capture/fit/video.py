@@ -16,7 +16,7 @@ from capture.fit import model as models
 from capture.fit.find import Pose, find
 from capture.fit.model import PartModel
 from capture.motion import affine
-from capture.motion.tracks import CartoonMotion, Track
+from capture.motion.tracks import CartoonMotion, Track, relative_to_parents, track_of
 from capture.pictures import matte
 from capture.pictures.clip import Clip
 from capture.pictures.decode import read_clip
@@ -40,7 +40,7 @@ def capture(shot: Shot, clip: Clip | None = None) -> CartoonMotion:
         fps=float(clip.fps),
         size=clip.size,
     )
-    return _relative_to_parents(motion)
+    return relative_to_parents(motion)
 
 
 def open_clip(shot: Shot) -> Clip:
@@ -95,33 +95,18 @@ def _as_track(model: PartModel, poses: list[Pose]) -> Track:
     if model.shape is not None:
         shapes = np.stack([models.mesh_shape(model, pose.alpha) for pose in poses])
         placed, weights = contour.capture_points(affine.apply(placed, shapes), keyset, placed)
-    outline = keyset.points[0, keyset.outline]
-    pivot = np.array(part.pivot, float) if part.pivot is not None else outline.mean(axis=0)
-    return Track(
-        part=part.name,
+    return track_of(
+        part.name,
+        keyset,
+        placed,
+        weights,
+        np.array([pose.misfit for pose in poses]),
+        pivot=part.pivot,
         parent=part.parent,
-        pivot=pivot,
-        keys=keyset.names,
-        rows=keyset.rows,
-        affine=affine.from_about(placed, pivot),
-        weights=weights,
-        residual=np.array([pose.misfit for pose in poses]),
+        order=part.order,
         visible=np.array([pose.visible for pose in poses]),
         held=np.array([pose.held for pose in poses]),
-        order=np.full(len(poses), part.order),
     )
-
-
-def _relative_to_parents(motion: CartoonMotion) -> CartoonMotion:
-    """Tracks measured in the picture, as maps relative to the part they hang on."""
-    plain = {track.part: affine.about(track.affine, track.pivot) for track in motion.tracks}
-    tracks = []
-    for track in motion.tracks:
-        local = plain[track.part]
-        if track.parent:
-            local = affine.compose(affine.invert(plain[track.parent]), local)
-        tracks.append(replace(track, affine=affine.from_about(local, track.pivot)))
-    return replace(motion, tracks=tuple(tracks))
 
 
 def _margin(model: PartModel) -> float:

@@ -102,6 +102,53 @@ def total_affine(
     return total
 
 
+def track_of(
+    part: str,
+    keyset: KeySet,
+    placed: NDArray,
+    weights: NDArray,
+    residual: NDArray,
+    *,
+    pivot: NDArray | None = None,
+    parent: str = "",
+    order: int = 0,
+    visible: NDArray | None = None,
+    held: NDArray | None = None,
+) -> Track:
+    """A track from what a capture finds: plain maps (T, d, d + 1), weights (T, D) and misfits (T,).
+
+    Without a pivot it is the middle of key 0's outline; without more a part is seen in all frames and never held.
+    The maps are those of the picture: `relative_to_parents` makes them relative.
+    """
+    frames = len(placed)
+    pivot = keyset.points[0, keyset.outline].mean(axis=0) if pivot is None else np.asarray(pivot, float)
+    return Track(
+        part=part,
+        parent=parent,
+        pivot=pivot,
+        keys=keyset.names,
+        rows=keyset.rows,
+        affine=affine.from_about(placed, pivot),
+        weights=weights,
+        residual=residual,
+        visible=np.ones(frames, bool) if visible is None else visible,
+        held=np.zeros(frames, bool) if held is None else held,
+        order=np.full(frames, order),
+    )
+
+
+def relative_to_parents(motion: CartoonMotion) -> CartoonMotion:
+    """Tracks whose maps are those of the picture, made relative to the part they hang on."""
+    plain = {track.part: affine.about(track.affine, track.pivot) for track in motion.tracks}
+    tracks = []
+    for track in motion.tracks:
+        local = plain[track.part]
+        if track.parent:
+            local = affine.compose(affine.invert(plain[track.parent]), local)
+        tracks.append(replace(track, affine=affine.from_about(local, track.pivot)))
+    return replace(motion, tracks=tuple(tracks))
+
+
 def check(motion: CartoonMotion) -> CartoonMotion:
     """Refuse a motion whose arrays do not belong together; returns it unchanged."""
     parts = [track.part for track in motion.tracks]
