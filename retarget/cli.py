@@ -213,10 +213,10 @@ def contour(
     volume
         Let the part turn and move only, so that squash and stretch lie in its keys.
     """
-    from capture.fit import correspond
     from capture.fit import suggest as keys_of
     from capture.fit.action import capture_line
     from capture.fit.contour import capture_outlines
+    from capture.fit.curves import correspond
     from capture.motion import tracks
     from capture.pictures.contours import read_contours
 

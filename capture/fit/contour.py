@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from capture.fit import weights as key_weights
-from capture.fit.convex_start import convex_start
+from capture.fit.shapes import weights as key_weights
+from capture.fit.shapes.convex_start import convex_start
 from capture.motion import affine, keys, triangulate
 from capture.motion.keys import KeySet
 from capture.motion.tracks import CartoonMotion, track_of

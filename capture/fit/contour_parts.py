@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from capture.fit import weights as key_weights
+from capture.fit.shapes import weights as key_weights
 from capture.motion import affine, keys
 from capture.motion.keys import KeySet
 from capture.motion.parts import blended

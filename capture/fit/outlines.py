@@ -11,8 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit import correspond, layer
-from capture.fit import model as models
+from capture.fit.curves import correspond
+from capture.fit.pixels import layer
+from capture.fit.pixels import model as models
 from capture.fit.video import REACH, is_held
 from capture.motion import affine
 from capture.pictures import matte

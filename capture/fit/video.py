@@ -11,10 +11,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit import contour, layer
-from capture.fit import model as models
-from capture.fit.find import Pose, find
-from capture.fit.model import PartModel
+from capture.fit import contour
+from capture.fit.pixels import layer
+from capture.fit.pixels import model as models
+from capture.fit.pixels.find import Pose, find
+from capture.fit.pixels.model import PartModel
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, Track, relative_to_parents, track_of
 from capture.pictures import matte

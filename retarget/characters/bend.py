@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from capture.fit import medial
 from capture.fit.action import centre_lines
+from capture.fit.curves import medial
 from capture.motion import affine, keys
 from capture.motion.keys import Inbetweener, KeySet
 from retarget.characters import paths

@@ -9,8 +9,8 @@ from time import thread_time
 import cv2
 import numpy as np
 
-from capture.fit import layer, track_affine
-from capture.fit import model as models
+from capture.fit.pixels import layer, track_affine
+from capture.fit.pixels import model as models
 from capture.motion import affine
 from capture.pictures import matte
 from fixtures import ball, write

@@ -8,7 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from capture.fit import weights as key_weights
+from capture.fit.shapes import weights as key_weights
 from capture.motion import keys
 
 FRAMES = 240

@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from capture.fit import keyimages, keyspace, layer
+from capture.fit.pixels import keyimages, layer
+from capture.fit.shapes import keyspace
 from capture.motion import keys
 from fixtures import maps, render
 from fixtures.render import Fill

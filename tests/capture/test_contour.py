@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capture.fit.contour import capture_points
-from capture.fit.weights import supports
+from capture.fit.shapes.weights import supports
 from capture.motion import keys
 from fixtures import hat, maps
 

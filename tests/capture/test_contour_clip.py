@@ -5,8 +5,8 @@ import pytest
 
 from capture.errors import InputError
 from capture.fit import contour
-from capture.fit.convex_start import convex_start
-from capture.fit.weights import supports
+from capture.fit.shapes.convex_start import convex_start
+from capture.fit.shapes.weights import supports
 from capture.motion import affine, keys
 from fixtures import frog, maps
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from capture.fit import correspond, monotone
+from capture.fit.curves import correspond, monotone
 from capture.pictures import contours
 from fixtures import frog, maps
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation, binary_erosion
 
-from capture.fit import keyimages
+from capture.fit.pixels import keyimages
 from fixtures import maps, render
 from fixtures.render import Fill
 

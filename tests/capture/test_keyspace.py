@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from capture.fit import keyspace
+from capture.fit.shapes import keyspace
 from capture.motion import keys
 from fixtures import hat
 

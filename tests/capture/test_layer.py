@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import map_coordinates
 
-from capture.fit import layer
+from capture.fit.pixels import layer
 from fixtures import maps
 
 relaxed = settings(deadline=None, max_examples=30, derandomize=True)

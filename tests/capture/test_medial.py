@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from capture.fit import medial
+from capture.fit.curves import medial
 from fixtures import maps, render
 from fixtures.render import Fill, Ink
 

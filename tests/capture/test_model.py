@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from capture.fit import model as models
+from capture.fit.pixels import model as models
 from capture.motion import keys
 from capture.pictures.clip import clip_of
 from capture.pictures.shot import KeyDrawing, Part

@@ -5,8 +5,8 @@ from time import process_time
 import numpy as np
 import pytest
 
-from capture.fit import smooth_weights
-from capture.fit.weights import fit_smooth, fit_weights, supports
+from capture.fit.shapes import smooth_weights
+from capture.fit.shapes.weights import fit_smooth, fit_weights, supports
 from capture.motion import keys
 
 LOW, HIGH = -0.5, 1.5

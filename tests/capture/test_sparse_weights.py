@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from capture.fit import sparse_weights, weights
+from capture.fit.shapes import sparse_weights, weights
 from capture.motion.keys import inbetween_rows
 
 LOW, HIGH = -0.5, 1.5

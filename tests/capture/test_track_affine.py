@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from capture.fit import layer, track_affine
+from capture.fit.pixels import layer, track_affine
 from fixtures import maps, render
 from fixtures.render import Fill, Ink
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from capture.fit import keyimages, keyspace, track_keys
+from capture.fit.pixels import keyimages, track_keys
+from capture.fit.shapes import keyspace
 from fixtures import maps
 
 MIDDLE = (115, 95)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from capture.fit import keyimages, keyspace, layer, track_shape
+from capture.fit.pixels import keyimages, layer, track_shape
+from capture.fit.shapes import keyspace
 from fixtures import maps, render
 from fixtures.render import Fill
 

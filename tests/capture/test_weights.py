@@ -6,7 +6,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from capture.fit.weights import fit_weights, supports
+from capture.fit.shapes.weights import fit_weights, supports
 from capture.motion.keys import inbetween_rows
 
 LOW, HIGH = -0.5, 1.5

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from skimage.io import imread
 
-from capture.fit import action, medial
+from capture.fit import action
+from capture.fit.curves import medial
 from capture.motion.tracks import CartoonMotion
 from capture.pictures import overlay
 from capture.pictures.encode import write_clip, write_picture

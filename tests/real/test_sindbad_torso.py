@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 from skimage.io import imread
 
-from capture.fit import contour, correspond, suggest
+from capture.fit import contour, suggest
+from capture.fit.curves import correspond
 from capture.pictures import contours, matte, overlay
 from capture.pictures.clip import clip_of
 from capture.pictures.encode import write_picture

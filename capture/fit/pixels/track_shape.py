@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit.keyimages import MeshMap
-from capture.fit.keyspace import KeySpace
-from capture.fit.layer import Layer, gradient, points_of, sample
-from capture.fit.track_affine import huber, telling
+from capture.fit.pixels.keyimages import MeshMap
+from capture.fit.pixels.layer import Layer, gradient, points_of, sample
+from capture.fit.pixels.track_affine import huber, telling
+from capture.fit.shapes.keyspace import KeySpace
 from capture.motion import affine
 
 PRIOR = 1e4  # squared grey levels: how strongly the modes are held to what the rows do

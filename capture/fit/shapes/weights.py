@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from capture.fit import smooth_weights, sparse_weights
+from capture.fit.shapes import smooth_weights, sparse_weights
 
 MOST = 3  # rows at a time, the paper's number
 SUPPORTS = 2_000_000  # what `fit_any` will look through

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit.layer import sample
+from capture.fit.pixels.layer import sample
 from capture.motion import affine, keys
 from capture.motion.keys import KeySet
 

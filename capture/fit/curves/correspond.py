@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capture.errors import InputError
-from capture.fit import monotone
+from capture.fit.curves import monotone
 from capture.motion import affine
 from capture.pictures.contours import Contours, arcs, checked, evenly, make, signed_area
 

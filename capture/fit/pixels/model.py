@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from capture.fit import keyimages, layer, track_affine, track_keys, track_shape
-from capture.fit.keyspace import KeySpace, extended_space, mix
-from capture.fit.layer import Layer
+from capture.fit.pixels import keyimages, layer, track_affine, track_keys, track_shape
+from capture.fit.pixels.layer import Layer
+from capture.fit.shapes.keyspace import KeySpace, extended_space, mix
 from capture.motion import affine, keys
 from capture.motion.keys import KeySet
 from capture.pictures import matte

@@ -11,7 +11,7 @@ is one small convex problem a frame, and exact where the tracked points are an a
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit.weights import supports
+from capture.fit.shapes.weights import supports
 
 
 def convex_start(

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit.keyspace import KeySpace
-from capture.fit.layer import Layer, gradient, points_of
-from capture.fit.track_affine import affine_slopes, small_map, telling
+from capture.fit.pixels.layer import Layer, gradient, points_of
+from capture.fit.pixels.track_affine import affine_slopes, small_map, telling
+from capture.fit.shapes.keyspace import KeySpace
 from capture.motion import affine
 
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit import sparse_weights
-from capture.fit.sparse_weights import Problem, Supports
+from capture.fit.shapes import sparse_weights
+from capture.fit.shapes.sparse_weights import Problem, Supports
 
 FEW = 8  # supports of a frame that may become its own, besides its neighbours' best
 HALF_WIDTH = (

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit.layer import Layer, gradient, points_of
+from capture.fit.pixels.layer import Layer, gradient, points_of
 from capture.motion import affine
 
 HUBER = 20.0  # grey levels; larger differences count linearly: they may be somebody else's pixels

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit import model as models
-from capture.fit import track_affine, track_keys, track_shape
-from capture.fit.layer import Layer
-from capture.fit.model import PartModel
+from capture.fit.pixels import model as models
+from capture.fit.pixels import track_affine, track_keys, track_shape
+from capture.fit.pixels.layer import Layer
+from capture.fit.pixels.model import PartModel
 from capture.motion import affine
 from capture.pictures import matte
 from capture.pictures.matte import ColorModel
