@@ -171,7 +171,7 @@ def capture(
     clip = told(video.open_clip(shot))
     motion = video.capture(shot, clip)
     tracks.save(motion, out)
-    said = f"{out}: {tracks.summary(motion)}"
+    said = f"{out}: {tracks.summary(motion, shot.start)}"
     if not source.name.endswith(".toml"):
         beside = out.with_name(stem(out) + ".shot.toml")
         write_shot(shot, beside)
@@ -253,11 +253,12 @@ def overlay(shot: Path, motion: Path, out: Out = None) -> str:
     from capture.progress import progress
 
     captured = tracks.load(motion)
-    clip = told(video.open_clip(read_shot(shot)))
+    captured_from = read_shot(shot)
+    clip = told(video.open_clip(captured_from))
     out = out or Path(stem(motion) + ".proof.mp4")
-    frames = progress(proof.draw_over(clip, captured), "overlay", len(clip))
+    frames = progress(proof.draw_over(clip, captured, captured_from.start), "overlay", len(clip))
     count = write_clip(out, frames, captured.fps, captured.times)
-    worst = proof.residual_plot(captured, out.with_name(out.stem + ".misfit.png"))
+    worst = proof.residual_plot(captured, out.with_name(out.stem + ".misfit.png"), first=captured_from.start)
     return f"{out}: {count} frames, worst at {', '.join(f'frame {t}' for t in worst)}"
 
 

@@ -58,8 +58,11 @@ def follow(part: Part, clip: Clip, first: int = 0) -> tuple[Track, PartModel]:
     key = models.key_frames(part, clip, first)[0]
     start = Pose(affine.identity(), _key_alpha(model, 0))
     forward = list(_run(model, clip, range(key, len(clip)), start))
-    backward = list(_run(model, clip, range(key, -1, -1), start))[1:]
-    return _as_track(model, backward[::-1] + forward), model
+    backward = list(_run(model, clip, range(key, -1, -1), start))
+    poses = backward[:0:-1] + forward
+    held = [False] + [pose.held for pose in backward[:0:-1]]  # backwards a frame is like the one after it
+    poses[: key + 1] = [replace(pose, held=like) for pose, like in zip(poses[: key + 1], held)]
+    return _as_track(model, poses), model
 
 
 def _run(model: PartModel, clip: Clip, frames: range, pose: Pose) -> Iterable[Pose]:
@@ -69,7 +72,7 @@ def _run(model: PartModel, clip: Clip, frames: range, pose: Pose) -> Iterable[Po
         image = np.asarray(clip[t])[..., :3]
         window = layer.window(models.outline_at(model, pose.placed, pose.alpha), clip.size, _margin(model))
         if drawn is not None and is_held(drawn, image, window):
-            pose = replace(pose, held=True)
+            pose = replace(pose, held=pose.visible, visible=True)  # one that was lost is back where it was
             yield pose
             continue
         pose, alpha = find(model, colors, image, window, pose, _limit(typical))

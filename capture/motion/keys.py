@@ -45,6 +45,10 @@ def keyset(
 
     The inside of a later key is carried over from key 0 as rigidly as possible.
     """
+    counts = {len(outline) for outline in outlines}
+    if len(counts) > 1:
+        told = ", ".join(f"{name} {len(outline)}" for name, outline in zip(names, outlines))
+        raise InputError(f"keys must have outlines of the same number of points, got {told}: bring them into line")
     outlines = np.asarray(outlines, float)
     if outlines.ndim != 3 or len(names) != len(outlines) or outlines.shape[1] < 3:
         raise InputError(

@@ -244,13 +244,13 @@ def worst(track: Track) -> int:
     return int(np.argmax(track.residual))
 
 
-def summary(motion: CartoonMotion) -> str:
-    """One line a person can use: parts, frames, and where the fit is worst."""
+def summary(motion: CartoonMotion, first: int = 0) -> str:
+    """One line a person can use: parts, frames, and where the fit is worst; frame 0 is number `first` of the clip."""
     track = max(motion.tracks, key=lambda track: track.residual.max())
     frame = worst(track)
     parts = f"{len(motion.tracks)} part{'s' if len(motion.tracks) > 1 else ''}"
     lost = sum(int((~track.visible).sum()) for track in motion.tracks)
-    text = f"{parts}, {len(motion.times)} frames, worst misfit {track.residual[frame]:.1f} px at frame {frame}"
+    text = f"{parts}, {len(motion.times)} frames, worst misfit {track.residual[frame]:.1f} px at frame {frame + first}"
     return f"{text} ({track.part})" + (f", {lost} lost" if lost else "")
 
 

@@ -168,7 +168,7 @@ def _check_simple(outline: NDArray, name: str) -> None:
     where = shapely.is_valid_reason(polygon).split("[")[-1].rstrip("]")
     raise InputError(
         f"{name}: a closed outline must not cross itself, this one does near ({where.replace(' ', ', ')}): "
-        "draw it again as one simple loop, or say crossing=True"
+        "draw it again as one simple loop"
     )
 
 

@@ -22,8 +22,11 @@ DOTS_APART = 14  # pixels between the points that are drawn
 SHIFT = 4  # fractional bits of OpenCV's drawing positions
 
 
-def draw_over(frames: Iterable[NDArray], motion: CartoonMotion) -> Iterator[NDArray]:
-    """The frames of a clip (H, W, 3 | 4) with the captured motion drawn over each: RGB uint8 (H, W, 3)."""
+def draw_over(frames: Iterable[NDArray], motion: CartoonMotion, first: int = 0) -> Iterator[NDArray]:
+    """The frames of a clip (H, W, 3 | 4) with the captured motion drawn over each: RGB uint8 (H, W, 3).
+
+    The motion's frame 0 is number `first` of the clip.
+    """
     outlines = [motion.outline(track.part) for track in motion.tracks]
     grids = [_grid(motion, track.part) for track in motion.tracks]
     weights = [track.key_weights() for track in motion.tracks]
@@ -42,7 +45,7 @@ def draw_over(frames: Iterable[NDArray], motion: CartoonMotion) -> Iterator[NDAr
         worst = max(motion.tracks, key=lambda track: track.residual[t])
         held = " held" if all(track.held[t] for track in motion.tracks) else ""
         lost = " LOST" if not all(track.visible[t] for track in motion.tracks) else ""
-        _label(picture, f"{t}  {worst.residual[t]:.1f} px{held}{lost}", (8, picture.shape[0] - 10))
+        _label(picture, f"{t + first}  {worst.residual[t]:.1f} px{held}{lost}", (8, picture.shape[0] - 10))
         count += 1
         yield picture
     if count < len(motion.times):
@@ -52,29 +55,35 @@ def draw_over(frames: Iterable[NDArray], motion: CartoonMotion) -> Iterator[NDAr
         )
 
 
-def residual_plot(motion: CartoonMotion, path: str | Path, worst: int = 3) -> list[int]:
-    """Plot every part's misfit over the frames into a PNG; the worst frames are named in it and returned."""
+def residual_plot(motion: CartoonMotion, path: str | Path, worst: int = 3, first: int = 0) -> list[int]:
+    """Plot every part's misfit over the frames into a PNG; the worst frames are named in it and returned.
+
+    The motion's frame 0 is number `first` of the clip.
+    """
     from matplotlib.figure import Figure
 
     from capture.files import written_beside
 
     total = np.max([track.residual for track in motion.tracks], axis=0)
+    frames = np.arange(len(total)) + first
     named = [int(t) for t in _peaks(total)[:worst]]
     figure = Figure(figsize=(9, 3), layout="constrained")
     axes = figure.add_subplot()
     for number, track in enumerate(motion.tracks):
         color = tuple(channel / 255 for channel in COLORS[number % len(COLORS)])
-        axes.plot(track.residual, color=color, label=track.part, linewidth=1.4)
+        axes.plot(frames, track.residual, color=color, label=track.part, linewidth=1.4)
         lost = np.flatnonzero(~track.visible)
-        axes.plot(lost, track.residual[lost], "x", color=color)
+        axes.plot(frames[lost], track.residual[lost], "x", color=color)
     for t in named:
-        axes.annotate(f"frame {t}", (t, total[t]), (0, 5), textcoords="offset points", ha="center", fontsize=8)
+        axes.annotate(
+            f"frame {t + first}", (t + first, total[t]), (0, 5), textcoords="offset points", ha="center", fontsize=8
+        )
     axes.set(xlabel="frame", ylabel="misfit (px)", ylim=(0, max(1.2 * float(total.max()), 0.5)))
     axes.legend(loc="upper right", fontsize=8, frameon=False)
     axes.spines[["top", "right"]].set_visible(False)
     with written_beside(path) as temporary:
         figure.savefig(temporary, dpi=120, format="png")
-    return named
+    return [t + first for t in named]
 
 
 def key_sheet(

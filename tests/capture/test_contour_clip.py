@@ -18,9 +18,8 @@ def part():
 
 @pytest.fixture(scope="module")
 def seen(part):
-    """The frog's key set without an inside, its outlines on the key set's points, and those with 1 px of noise."""
-    keyset, truth = contour.outline_keys(part.points, part.key_frames, part.key_names)
-    return keyset, truth, truth + np.random.default_rng(1).normal(size=truth.shape)
+    """The frog's key set without an inside, and its outlines on the key set's points."""
+    return contour.outline_keys(part.points, part.key_frames, part.key_names)
 
 
 def off(part, keyset, weights) -> np.ndarray:
@@ -32,17 +31,20 @@ def jitter(error: np.ndarray) -> float:
 
 
 def test_the_frogs_weights_come_back_from_noisy_contours(part, seen):
-    keyset, _, noisy = seen
-    _, weights = contour.capture_points(noisy, keyset)
-    worst = np.abs(off(part, keyset, weights)).max(axis=1)
-    print(f"\nfrog, contours with 1 px of noise: weights off by p95 {np.percentile(worst, 95):.3f}")
-    assert np.percentile(worst, 95) < 0.05
+    keyset, truth = seen
+    found = []
+    for seed in range(8):
+        noisy = truth + np.random.default_rng(seed).normal(size=truth.shape)
+        _, weights = contour.capture_points(noisy, keyset)
+        found.append(np.percentile(np.abs(off(part, keyset, weights)).max(axis=1), 95))
+    print(f"\nfrog, contours with 1 px of noise: weights off by p95 {np.round(found, 3)}, by seed")
+    assert max(found) < 0.05
 
 
 def test_smoothness_halves_the_jitter_of_the_frogs_weights_and_does_not_lag(part, seen):
-    keyset, truth, _ = seen
+    keyset, truth = seen
     ratios, lags = [], []
-    for seed in range(4):
+    for seed in range(8):
         noisy = truth + np.random.default_rng(seed).normal(size=truth.shape)
         _, rough = contour.capture_points(noisy, keyset, drawing=part.drawing)
         _, smooth = contour.capture_points(noisy, keyset, smoothness=0.7, drawing=part.drawing)
@@ -50,11 +52,11 @@ def test_smoothness_halves_the_jitter_of_the_frogs_weights_and_does_not_lag(part
         lags.append(_lag(keys.fold(keyset.rows, smooth, len(keyset.names)), part.weights))
     print(f"\nfrog: smoothing leaves {np.mean(ratios):.2f} of the weights' jitter, by seed {np.round(ratios, 2)}")
     assert np.mean(ratios) <= 0.5
-    assert lags == [0, 0, 0, 0]
+    assert lags == [0] * 8
 
 
 def test_smoothness_halves_the_jitter_of_a_motion_that_the_keys_can_redraw(seen):
-    keyset, _, _ = seen
+    keyset, _ = seen
     shapes = keys.shapes(keyset)
     pairs, along = keyset.rows[:, :2], keyset.rows[:, 2]
     chain = [0, *np.flatnonzero((pairs == (0, 1)).all(axis=1) & (along > 0)), 1]
@@ -81,7 +83,7 @@ def _lag(found: np.ndarray, true: np.ndarray) -> int:
 
 
 def test_a_model_point_comes_back_with_its_parameters(seen):
-    keyset, _, _ = seen
+    keyset, _ = seen
     shapes, rng = keys.shapes(keyset), np.random.default_rng(0)
     allowed = supports(keyset.rows)
     true = np.zeros((40, len(shapes)))
@@ -97,7 +99,7 @@ def test_a_model_point_comes_back_with_its_parameters(seen):
 
 
 def test_the_convex_start_alone_is_exact_for_model_points(seen):
-    keyset, _, _ = seen
+    keyset, _ = seen
     shapes = keys.shapes(keyset)
     flat = affine.apply(np.array([[0.5, 0.8, 9], [-0.3, 0.4, -7.0]]), shapes)
     found = convex_start(flat, shapes, keyset.rows)
@@ -145,3 +147,20 @@ def test_a_clip_of_outlines_becomes_a_motion(part):
 def test_points_that_cannot_be_captured_are_refused(part, seen, change, told: str):
     with pytest.raises(InputError, match=told):
         contour.capture_points(change(seen[1].copy()), seen[0])
+
+
+def test_keys_of_different_topology_are_refused(part):
+    with pytest.raises(InputError, match="sit 110, crouch 50"):
+        keys.keyset(("sit", "crouch"), [part.points[0], part.points[12][:50]])
+
+
+def test_more_rows_at_a_time_than_there_are_keys_are_refused(seen):
+    keyset, truth = seen
+    with pytest.raises(InputError, match="between 1 and the 4 that can be mixed, 9 came"):
+        contour.capture_points(truth[:2], keyset, most=9)
+
+
+def test_bounds_that_exclude_a_sum_of_one_are_refused(seen):
+    keyset, truth = seen
+    with pytest.raises(InputError, match="sum to 1"):
+        contour.capture_points(truth[:2], keyset, bounds=(-0.5, 0.2))

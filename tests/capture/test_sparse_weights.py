@@ -135,8 +135,8 @@ def refused(words, call, *args, **options):
 @pytest.mark.parametrize("most", [0, -1, 7])
 def test_more_rows_at_a_time_than_there_are_or_fewer_than_one_are_refused(most):
     refused("between 1 and the 6", weights.fit_any, SHAPES, SHAPES, most)
-    refused("between 1 and the 6", weights.fit_weights, SHAPES, SHAPES, ROWS, most)
-    refused("between 1 and the 6", weights.fit_smooth, SHAPES, SHAPES, ROWS, 2.0, most)
+    refused("between 1 and the 3", weights.fit_weights, SHAPES, SHAPES, ROWS, most)
+    refused("between 1 and the 3", weights.fit_smooth, SHAPES, SHAPES, ROWS, 2.0, most)
 
 
 @pytest.mark.parametrize("bounds", [(0.0, 0.2), (-1.0, 0.3), (0.6, 1.5), (0.5, -0.5), (np.nan, 1.0)])

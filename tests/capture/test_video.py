@@ -82,6 +82,29 @@ def test_held_drawings_are_told(frog_motion: CartoonMotion):
     assert not held[np.setdiff1d(np.arange(len(drawing)), same)][key + 1 :].any()
 
 
+def test_before_the_key_a_held_drawing_is_told_of_the_second_frame_too():
+    toon = frog.frog()
+    part, stop = toon.parts[0], 14
+    frames = clip_of(np.stack([toon.frame(t) for t in range(stop)]))
+    outline = tuple(map(tuple, part.points[12].tolist()))
+    motion = video.capture(Shot("frog", (Part("frog", (KeyDrawing("crouch", 12, outline),)),)), frames)
+    same = np.append(False, np.diff(part.drawing[:stop]) == 0)
+    still = np.append(False, np.abs(np.diff(part.points[:stop], axis=0)).max(axis=(1, 2)) < 0.2)
+    held = motion.tracks[0].held
+    assert held[same].all()
+    assert not held[~same & ~still].any()
+
+
+def test_a_layer_that_comes_back_where_it_was_is_seen_again():
+    toon = ball.ball()
+    shown = toon.frame(3)
+    frames = np.stack([toon.frame(2), shown, toon.background, shown])
+    outline = tuple(map(tuple, toon.parts[0].points[2].tolist()))
+    motion = video.capture(Shot("ball", (Part("ball", (KeyDrawing("round", 0, outline),)),)), clip_of(frames))
+    assert motion.tracks[0].visible.tolist() == [True, True, False, True]
+    assert not motion.tracks[0].held.any()
+
+
 def test_parts_hang_on_each_other_and_are_found_in_the_picture():
     toon = walker.walker()
     frames = clip_of(np.stack([toon.frame(t) for t in range(8)]))

@@ -175,8 +175,7 @@ def test_a_truncated_clip_is_used_as_far_as_it_goes_and_that_is_said(short: Path
     ]
     write_clip(tmp_path / "whole.mp4", noisy)
     whole = (tmp_path / "whole.mp4").read_bytes()
-    if whole.find(b"moov") > whole.find(b"mdat"):
-        pytest.skip("this writer puts the index at the end: a cut file has none")
+    assert whole.find(b"moov") < whole.find(b"mdat")  # or a cut file had no index
     (tmp_path / "cut.mp4").write_bytes(whole[: int(0.7 * len(whole))])
     shot = replace(read_shot(short / "ball.shot.toml"), clip=str(tmp_path / "cut.mp4"))
     write_shot(shot, tmp_path / "cut.shot.toml")

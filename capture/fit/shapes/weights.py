@@ -173,9 +173,9 @@ def _checked(
             raise InputError(
                 f"{name} must be finite, number {number} (counted from 0) holds NaN or infinity: leave it out"
             )
-    if not 1 <= most <= max(len(shapes), MOST):  # three of two rows are two: the default asks for nothing wrong
+    if not 1 <= most <= max(together, MOST):  # three of two rows are two: the default asks for nothing wrong
         raise InputError(
-            f"the number of rows used at a time must lie between 1 and the {len(shapes)} rows there are, "
+            f"the number of rows used at a time must lie between 1 and the {together} that can be mixed, "
             f"{most} came: change it"
         )
     low, high = bounds
