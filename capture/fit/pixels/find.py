@@ -1,7 +1,8 @@
-"""One part in one picture: the matte is cut, the part fitted from the pose before, and doubts are followed up.
+"""All parts of a shot in one picture: mattes are cut, each part is fitted from the pose before, doubts are followed up.
 
-When the fit comes out bad, other starts are tried; when something else of the layer's colour touches it, that is cut
-off and the fit repeated; when matte and outline hardly meet, the part is not in the picture.
+A drawing that is held is recognised and costs nothing.  When the fit comes out bad, other starts are tried; when
+something else of the layer's colour touches it, that is cut off and the fit repeated; when matte and outline hardly
+meet, the part is not in the picture.
 """
 
 from dataclasses import dataclass, replace
@@ -10,8 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.fit.pixels import layer, track_affine, track_keys, track_shape
 from capture.fit.pixels import model as models
-from capture.fit.pixels import track_affine, track_keys, track_shape
 from capture.fit.pixels.layer import Layer
 from capture.fit.pixels.model import PartModel
 from capture.motion import affine
@@ -23,6 +24,8 @@ DOUBTFUL = 0.8  # overlap below which other starts are tried
 NOT_SEEN = 0.3  # overlap below which the part is not in the picture
 FAR = 32  # pixels round the last pose that are searched where nothing of its colour touches it
 RIM = 8  # pixels round the posed outline that may still be the layer
+REACH = 64.0  # pixels a drawing may jump between frames, beyond its own size's share
+REMEMBERED = 100  # misfits that say what is ordinary
 FOREIGN = 0.02  # share of the matte beyond that rim which calls for a second fit
 
 
@@ -37,7 +40,54 @@ class Pose:
     held: bool = False
 
 
-def find(
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """What is known of a part as its clip is gone through."""
+
+    model: PartModel
+    colors: ColorModel  # they follow the clip slowly
+    pose: Pose  # the latest
+    misfits: tuple[float, ...] = ()  # of the latest drawings, in pixels
+    drawn: NDArray | None = None  # (H, W, 3) the picture the part was last found in
+
+
+def find(image: NDArray, parts: tuple[Sighting, ...]) -> tuple[Sighting, ...]:
+    """All parts in the next picture (H, W, 3), in their order."""
+    return tuple(_next(image, part) for part in parts)
+
+
+def is_held(before: NDArray, image: NDArray, window: tuple[slice, slice]) -> bool:
+    """Whether a picture shows the same drawing as the one before, in the window: nothing but noise has changed."""
+    change = cv2.absdiff(before[window], image[window]).max(axis=-1)
+    change = cv2.GaussianBlur(change.astype(np.float32), (0, 0), 1.5)
+    most, usual = np.percentile(change, [99.5, 50])
+    return bool(most < 3.0 or most < min(4.0 * usual, 16.0))
+
+
+def _next(image: NDArray, part: Sighting) -> Sighting:
+    model, last = part.model, part.pose
+    size = (image.shape[1], image.shape[0])
+    window = layer.window(models.outline_at(model, last.placed, last.alpha), size, _margin(model))
+    if part.drawn is not None and is_held(part.drawn, image, window):
+        # one that was lost is back where it was
+        return replace(part, pose=replace(last, held=last.visible, visible=True))
+    pose, alpha = _found(model, part.colors, image, window, last, _limit(part.misfits))
+    if not pose.visible:
+        return replace(part, pose=pose)
+    colors = matte.adapt(part.colors, image[window], alpha)
+    return replace(part, pose=pose, colors=colors, misfits=(*part.misfits, pose.misfit)[-REMEMBERED:], drawn=image)
+
+
+def _margin(model: PartModel) -> float:
+    return REACH + 0.25 * float(np.ptp(model.keyset.points[0], axis=0).max())
+
+
+def _limit(misfits: tuple[float, ...]) -> float:
+    """A misfit that is out of the ordinary, after what has been seen so far."""
+    return 2.5 * float(np.median(misfits)) + 0.2 if len(misfits) >= 3 else 0.8
+
+
+def _found(
     model: PartModel, colors: ColorModel, image: NDArray, window: tuple[slice, slice], last: Pose, limit: float
 ) -> tuple[Pose, NDArray]:
     """The pose in a picture (H, W, 3), near `last`, and the matte of the window; a misfit above `limit` is suspicious.
