@@ -66,7 +66,7 @@ def test_a_drawing_moved_by_a_known_map_is_found(name):
     found = track_affine.align(face(), photographed(FLIGHTS[name]), np.eye(2, 3))
     assert off(found, FLIGHTS[name]) < 0.06  # pixels
     assert (
-        track_affine.misfit(face(), photographed(FLIGHTS[name]), found) < 0.35
+        track_affine.judged(face(), photographed(FLIGHTS[name]), found).misfit < 0.35
     )  # the ink keeps its width: no perfect copy
 
 
@@ -144,10 +144,10 @@ def test_the_misfit_is_a_shift_in_pixels(pixels):
     """A map that is so many pixels off is reported as about so many pixels of misfit."""
     frame = photographed(np.eye(2, 3))
     shifted = np.array([(1, 0, pixels), (0, 1, 0)])
-    along = track_affine.misfit(face(), frame, shifted)
-    across = track_affine.misfit(face(), frame, shifted[[1, 0]][:, [1, 0, 2]])
+    along = track_affine.judged(face(), frame, shifted).misfit
+    across = track_affine.judged(face(), frame, shifted[[1, 0]][:, [1, 0, 2]]).misfit
     assert np.hypot(along, across) == pytest.approx(pixels, rel=0.3)
-    assert track_affine.misfit(face(), frame, np.eye(2, 3)) < 0.05
+    assert track_affine.judged(face(), frame, np.eye(2, 3)).misfit < 0.05
 
 
 def test_an_increment_acts_about_the_centre_in_units_of_the_scale():

@@ -46,7 +46,7 @@ def test_the_weights_of_a_shape_that_no_row_shows_are_found(bendy, template, row
     placed, alpha = track_shape.refine(template, bendy.layer(true), np.eye(2, 3), np.zeros(3), EVEN)
     assert off(bendy, (placed, alpha), true) < 0.2  # pixels, mean over the mesh
     assert np.linalg.norm(alpha - exact(bendy, shape)) / np.sqrt(len(shape)) < 0.2  # pixels, root mean square
-    assert track_shape.misfit(template, bendy.layer(true), placed, alpha, EVEN) < 0.3
+    assert track_shape.judged(template, bendy.layer(true), placed, alpha, EVEN).misfit < 0.3
 
 
 @pytest.mark.parametrize("curl", [-1.3, -0.6, 0.5, 1.0])
@@ -107,9 +107,9 @@ def test_the_misfit_is_in_pixels(bendy, template, pixels):
     """Over all directions the squared misfit of a shift averages to half its square."""
     shape = bendy.row(0, 1, 0.4)
     frame, alpha = bendy.layer(shape), exact(bendy, shape)
-    at_rest = track_shape.misfit(template, frame, np.eye(2, 3), alpha, EVEN)
+    at_rest = track_shape.judged(template, frame, np.eye(2, 3), alpha, EVEN).misfit
     along, across = (
-        track_shape.misfit(template, frame, away(shift), alpha, EVEN) for shift in ((pixels, 0), (0, pixels))
+        track_shape.judged(template, frame, away(shift), alpha, EVEN).misfit for shift in ((pixels, 0), (0, pixels))
     )
     assert at_rest < 0.2
     assert np.sqrt(max(along**2 + across**2 - 2 * at_rest**2, 0)) == pytest.approx(pixels, rel=0.3)
@@ -124,7 +124,9 @@ def test_where_keys_differ_in_colour_the_textures_are_mixed(bendy):
     template = track_shape.shape_template(layers, place, bendy.space)
     shape = bendy.row(1, 1, 0)
     frame = bendy.as_layer(bendy.composite(shape) + np.float32([40, 40, 40, 0]))
-    misfits = [track_shape.misfit(template, frame, np.eye(2, 3), exact(bendy, shape), np.eye(3)[k]) for k in (0, 1)]
+    misfits = [
+        track_shape.judged(template, frame, np.eye(2, 3), exact(bendy, shape), np.eye(3)[k]).misfit for k in (0, 1)
+    ]
     assert misfits[1] < 0.4 * misfits[0]
 
 

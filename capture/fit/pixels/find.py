@@ -36,6 +36,7 @@ class Pose:
     placed: NDArray  # (2, 3) plain map of the aligned shape
     alpha: NDArray  # (L,) mode weights, empty for one key
     misfit: float = 0.0  # pixels
+    agreeing: float = 1.0  # share of the pixels that can be seen and agree
     visible: bool = True
     held: bool = False
 
@@ -132,13 +133,15 @@ def _fit(model: PartModel, frame: Layer, start: NDArray) -> Pose:
     shape = model.shape
     if shape is None:
         placed = track_affine.align(model.rigid, frame, start)
-        return Pose(placed, np.zeros(0), track_affine.misfit(model.rigid, frame, placed))
+        judged = track_affine.judged(model.rigid, frame, placed)
+        return Pose(placed, np.zeros(0), judged.misfit, judged.agreeing)
     placed, alpha = track_keys.acquire(shape.eigen, frame, start)
     alpha = np.clip(alpha, *_alpha_range(model))
     for coarsest in (2, 1):  # the second time with the textures that the first time's shape calls for
         mixed = models.amounts(shape, alpha)
         placed, alpha = track_shape.refine(shape.bent, frame, placed, alpha, mixed, coarsest)
-    return Pose(placed, alpha, track_shape.misfit(shape.bent, frame, placed, alpha, mixed))
+    judged = track_shape.judged(shape.bent, frame, placed, alpha, mixed)
+    return Pose(placed, alpha, judged.misfit, judged.agreeing)
 
 
 def _other_starts(model: PartModel, alpha: NDArray, origin: NDArray, last: Pose) -> list[NDArray]:

@@ -22,17 +22,39 @@ class Layer:
     levels: tuple[NDArray, ...]  # (h, w, 4) float32: colour 0-255 and alpha, each level half the one before
     origin: NDArray  # (2,) the full-size pixel of every level's first pixel
     ground: NDArray  # (4,) what lies beyond
+    known: tuple[NDArray, ...] | None = None  # (h, w) float32 each: 0 where the layer cannot be seen, 1 where it can
 
     def sample(self, level: int, points: NDArray) -> NDArray:
         """Values (P, 4) at full-size points (P, 2)."""
         at = ((points - self.origin) / 2**level).astype(np.float32)
         return sample(self.levels[level], at, self.ground)
 
+    def sample_known(self, level: int, points: NDArray) -> NDArray | None:
+        """How far (P,) the layer could be seen at full-size points (P, 2), 0 to 1; None where it could everywhere."""
+        if self.known is None:
+            return None
+        at = ((points - self.origin) / 2**level).astype(np.float32)
+        return sample(self.known[level], at, np.ones(1))[:, 0]
+
     def sample_slopes(self, level: int, points: NDArray) -> tuple[NDArray, NDArray]:
         """The level's own x- and y-slopes (P, 4), per full-size pixel, at full-size points (P, 2)."""
         at = ((points - self.origin) / 2**level).astype(np.float32)
         slopes = gradient(self.levels[level], level)
         return sample(slopes[0], at, np.zeros(4)), sample(slopes[1], at, np.zeros(4))
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """How a picture of the layer is prepared, the same for templates and frames."""
+
+    ground: NDArray  # (3,) the colour behind the layer
+    flatness: float  # how far alpha counts at full size
+    levels: int
+
+    def layer(self, image: NDArray, alpha: NDArray, origin: NDArray, known: NDArray | None = None) -> Layer:
+        """A picture (H, W, 3) and its matte (H, W) made comparable; `known` (H, W) is 0 under what covers the layer."""
+        composed = composite(image, alpha, self.ground)
+        return layer(composed, origin, self.ground, self.levels, self.flatness, known)
 
 
 def gradient(image: NDArray, level: int) -> tuple[NDArray, NDArray]:
@@ -66,8 +88,13 @@ def composite(image: NDArray, matte: NDArray, ground: NDArray) -> NDArray:
     return np.concatenate([color, ALPHA_GAIN * alpha], axis=-1)
 
 
-def layer(composed: NDArray, origin: NDArray, ground: NDArray, levels: int, flatness: float) -> Layer:
-    """Smooth and halve a composite (H, W, 4); at full size alpha counts by `flatness` (0 ... 1)."""
+def layer(
+    composed: NDArray, origin: NDArray, ground: NDArray, levels: int, flatness: float, known: NDArray | None = None
+) -> Layer:
+    """Smooth and halve a composite (H, W, 4); at full size alpha counts by `flatness` (0 ... 1).
+
+    `known` (H, W) is 0 where something else covers the layer.
+    """
     smooth = cv2.GaussianBlur(composed, (0, 0), 1.0)
     pyramid = [smooth]
     for _ in range(levels - 1):
@@ -75,7 +102,16 @@ def layer(composed: NDArray, origin: NDArray, ground: NDArray, levels: int, flat
     finest = smooth.copy()
     finest[..., 3] *= flatness
     pyramid[0] = finest
-    return Layer(tuple(pyramid), np.asarray(origin, float), np.append(ground, 0.0))
+    return Layer(tuple(pyramid), np.asarray(origin, float), np.append(ground, 0.0), _known_levels(known, levels))
+
+
+def _known_levels(known: NDArray | None, levels: int) -> tuple[NDArray, ...] | None:
+    if known is None:
+        return None
+    pyramid = [known.astype(np.float32)]
+    for _ in range(levels - 1):
+        pyramid.append(cv2.pyrDown(pyramid[-1]))
+    return tuple(pyramid)
 
 
 def mean_color(image: NDArray, matte: NDArray) -> NDArray:

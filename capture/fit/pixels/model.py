@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.fit.pixels import keyimages, layer, track_affine, track_keys, track_shape
-from capture.fit.pixels.layer import Layer
+from capture.fit.pixels.layer import Layer, View
 from capture.fit.shapes.keyspace import KeySpace, extended_space, mix
 from capture.motion import affine, keys
 from capture.motion.keys import KeySet
@@ -15,19 +15,6 @@ from capture.pictures import matte
 from capture.pictures.clip import Clip
 from capture.pictures.matte import ColorModel, Seed
 from capture.pictures.shot import Part
-
-
-@dataclass(frozen=True, eq=False)
-class View:
-    """How a picture of the layer is prepared, the same for templates and frames."""
-
-    ground: NDArray  # (3,) the colour behind the layer
-    flatness: float  # how far alpha counts at full size
-    levels: int
-
-    def layer(self, image: NDArray, alpha: NDArray, origin: NDArray) -> Layer:
-        """A picture (H, W, 3) and its matte (H, W) made comparable."""
-        return layer.layer(layer.composite(image, alpha, self.ground), origin, self.ground, self.levels, self.flatness)
 
 
 @dataclass(frozen=True, eq=False)

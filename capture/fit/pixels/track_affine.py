@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.fit.pixels.judge import Judgement, judge
 from capture.fit.pixels.layer import Layer, gradient, points_of
 from capture.motion import affine
 
@@ -105,14 +106,11 @@ def solve(slopes: NDArray, difference: NDArray, weight: NDArray) -> NDArray:
     return np.linalg.solve(normal, (weighted.T @ difference).astype(float))
 
 
-def misfit(shape: Template, frame: Layer, placed: NDArray, level: int = 0) -> float:
-    """How far the picture disagrees with the map, in pixels of the size that level has at full size.
-
-    Grey-level differences over the template's own slopes, root mean square: the shift that would explain them.
-    """
+def judged(shape: Template, frame: Layer, placed: NDArray, level: int = 0) -> Judgement:
+    """How well the picture agrees with the map."""
     at = shape.levels[level]
-    difference = frame.sample(level, affine.apply(placed, at.points)) - at.values
-    return float(np.sqrt((difference**2).sum(axis=1).mean() / max(at.gradient_power, 1e-12)))
+    seen = affine.apply(placed, at.points)
+    return judge(frame.sample(level, seen) - at.values, at.gradient_power, frame.sample_known(level, seen))
 
 
 def paper_step(key: Layer, frame: Layer, points: NDArray, placed: NDArray, level: int = 0) -> NDArray:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.fit.pixels.judge import Judgement, judge
 from capture.fit.pixels.keyimages import MeshMap
 from capture.fit.pixels.layer import Layer, gradient, points_of, sample
 from capture.fit.pixels.track_affine import huber, telling
@@ -87,14 +88,14 @@ def refine(
     return placed, alpha
 
 
-def misfit(
+def judged(
     template: ShapeTemplate, frame: Layer, placed: NDArray, alpha: NDArray, amounts: NDArray, level: int = 0
-) -> float:
-    """How far the picture disagrees with the bent template, in full-size pixels (see `track_affine.misfit`)."""
+) -> Judgement:
+    """How well the picture agrees with the bent template."""
     at = template.levels[level]
     target = np.tensordot(amounts.astype(np.float32), at.textures, axes=1)
-    difference = frame.sample(level, affine.apply(placed, at.points + at.modes @ alpha)) - target
-    return float(np.sqrt((difference**2).sum(axis=1).mean() / max(at.gradient_power, 1e-12)))
+    seen = affine.apply(placed, at.points + at.modes @ alpha)
+    return judge(frame.sample(level, seen) - target, at.gradient_power, frame.sample_known(level, seen))
 
 
 def _step(
