@@ -1,7 +1,7 @@
 """`make bench`: ours against peers in one run, on one core; prints a table and writes results.json beside this file.
 
-Every module here but this one and those that begin with "_" has a function `rows()` that returns flat names and numbers.  Only ratios
-within one run are comparable: machines differ, and so does their load.
+Every module here but this one and those that begin with "_" has a function `rows()` that returns flat names and
+numbers.  Only ratios within one run are comparable: machines differ, and so does their load.
 """
 
 import json
