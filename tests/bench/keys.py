@@ -11,7 +11,7 @@ from _common import LOST, captured, cut, from_key, new_drawings, off
 from capture.fit.pixels import keyimages, layer, track_keys
 from capture.fit.pixels import model as models
 from capture.fit.pixels.layer import Layer
-from capture.motion import affine, keys
+from capture.motion import keys
 from capture.pictures import matte
 from fixtures import jumps, maps, variants, write
 
