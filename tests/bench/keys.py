@@ -1,13 +1,16 @@
 """A part with four keys that jumps and bends on twos: against the drawn truth, outside the keys' span, and the paper.
 
 With a wobble the drawings leave what keys can say.  `wobble_N_ratio` is our error, N pixels of wobble, over the best
-that an affine map of the key-shape space could do: found by least squares from the true outline.
+that an affine map of the key-shape space could do: found by least squares from the true outline.  The frog's joints
+turn between the keys, and no in-between of two outlines does exactly that: the `floor` figures are what contour
+capture makes of the true outlines, with nothing of the picture in it.  `strong` is the frog that bends all the way.
 """
 
 import cv2
 import numpy as np
 from _common import LOST, captured, cut, from_key, new_drawings, off
 
+from capture.fit import contour
 from capture.fit.pixels import keyimages, layer, track_keys
 from capture.fit.pixels import model as models
 from capture.fit.pixels.layer import Layer
@@ -35,10 +38,12 @@ def rows():
         "p95_px": np.percentile(error, 95),
         "lost": np.count_nonzero(np.median(error, axis=1) > LOST),
         **_weight_errors(motion, toon),
+        **_floor(toon, ""),
         "fps": fps,
         "fps_ratio_to_50": fps / 50,
         "fps_once_learnt": len(clip) / (seconds - learning),
         "learning_s": learning,
+        **_strong(),
         **_wobbles(),
         **_paper(toon, clip),
     }
@@ -53,6 +58,26 @@ def _weight_errors(motion, toon):
         "weight_error": np.median(wrong[in_play]),
         "weight_error_worst_key": np.median(wrong.max(axis=1)),
         "weight_error_p95": np.percentile(wrong.max(axis=1), 95),
+    }
+
+
+def _floor(toon, prefix):
+    """What the motion's own form cannot say of the true outlines: pixels and weights."""
+    part, fresh = toon.parts[0], new_drawings(toon)
+    motion = contour.capture_outlines(part.points, part.key_frames, part=part.name)
+    weights = {f"{prefix}floor_{name}": value for name, value in _weight_errors(motion, toon).items()}
+    return {f"{prefix}floor_px": np.median(off(motion, toon)[fresh])} | weights
+
+
+def _strong():
+    toon = jumps.bending_frog(bend=1.0)
+    motion, _, _ = captured(toon)
+    error = off(motion, toon)[new_drawings(toon)]
+    return {
+        "strong_median_px": np.median(error),
+        "strong_lost": np.count_nonzero(np.median(error, axis=1) > LOST),
+        "strong_weight_error": _weight_errors(motion, toon)["weight_error"],
+        **_floor(toon, "strong_"),
     }
 
 
