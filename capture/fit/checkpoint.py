@@ -44,7 +44,7 @@ class Keep:
         if not self.path.exists():
             return None
         try:
-            with np.load(self.path, allow_pickle=False) as stored:
+            with self.path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
                 tree = json.loads(stored["tree"].tobytes())
                 fits = tree["fits"] == self.fits
                 state = _built(tree["state"], known, stored, {}) if fits else None

@@ -191,7 +191,8 @@ def _of_one_mind(model: PartModel, forward: Poses, pose: Pose, t: int, end: int)
 def _ahead(keys: list[KeyPoses], state: State) -> int:
     """How many frames are still to be looked at; backwards it may be fewer, forwards more, if parts get lost."""
     if not state.back:
-        return len(state.arrived[0]) - state.frame + max(map(min, keys))
+        first = max(map(min, keys))
+        return len(state.arrived[0]) - state.frame + (first + 1 if first else 0)
     wanted = np.zeros(len(state.arrived[0]), bool)
     for given in zip(keys, state.forward, state.arrived):
         for begin, end in stretches(*given):
