@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from capture.fit import checkpoint, video
-from capture.fit.checkpoint import Keep, keep_of
+from capture.fit.checkpoint import keep_of
 from capture.fit.pixels.find import Pose, Sighting
 from capture.motion.tracks import CartoonMotion
 from capture.pictures.clip import Clip, clip_of
 from capture.pictures.encode import write_clip
 from capture.pictures.matte import ColorModel
-from capture.pictures.shot import Shot, read_shot, write_shot
+from capture.pictures.shot import KeyDrawing, Part, Shot, read_shot, write_shot
 from fixtures import ball, hat, write
 
 
@@ -44,12 +44,14 @@ def failing(clip: Clip, at: int, after: int = 0) -> Clip:
 
 @pytest.fixture(scope="module")
 def toon_and_shot() -> tuple[Clip, Shot]:
-    """The hat that bends, 28 frames, from two keys in the middle: there is a way forwards and one backwards."""
+    """The hat that bends, 11 frames, from two keys in the middle: there is a way forwards and one backwards."""
     toon = hat.hat(busy=True, noise=3.0)
-    clip = clip_of([toon.frame(t) for t in range(8, 36)])
-    part = write.shot_of(toon).parts[0]
-    keys = tuple(replace(key, frame=key.frame - 8) for key in part.keys[1:])
-    return clip, Shot("hat", (replace(part, keys=keys[::-1]),))
+    truth, frames = toon.parts[0], range(8, 19)
+    keys = [
+        KeyDrawing(name, frame - 8, tuple(map(tuple, truth.points[frame].tolist())))
+        for name, frame in (("leaving", 17), ("bent", 10))
+    ]
+    return clip_of([toon.frame(t) for t in frames]), Shot("hat", (Part("hat", tuple(keys)),))
 
 
 def test_a_capture_that_was_interrupted_is_the_same_to_the_last_bit(toon_and_shot, tmp_path: Path, capsys):
@@ -57,9 +59,9 @@ def test_a_capture_that_was_interrupted_is_the_same_to_the_last_bit(toon_and_sho
     path = tmp_path / "hat.motion.json.part"
     whole = video.capture(shot, clip)
     with pytest.raises(RuntimeError, match="unplugged"):
-        video.capture(shot, failing(clip, 17, after=16), keep=path)
+        video.capture(shot, failing(clip, 6, after=5), keep=path)
     again = video.capture(shot, clip, keep=path)
-    assert "going on from frame 17" in capsys.readouterr().err
+    assert "going on from frame 6" in capsys.readouterr().err
     assert same(whole, again)
     assert list(tmp_path.iterdir()) == []
 
