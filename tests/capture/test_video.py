@@ -134,6 +134,17 @@ def test_parts_hang_on_each_other_and_are_found_in_the_picture():
     assert np.median(off) < 0.3
 
 
+def test_weights_do_not_depend_on_how_many_frames_are_read_at_a_time(monkeypatch: pytest.MonkeyPatch):
+    toon = hat.hat()
+    part = write.shot_of(toon).parts[0]
+    frames = clip_of([toon.frame(t) for t in range(11)])
+    shot = Shot("hat", (replace(part, keys=part.keys[:2]),))
+    whole = video.capture(shot, frames).tracks[0]
+    monkeypatch.setattr(video, "CHUNK", 4)
+    pieces = video.capture(shot, frames).tracks[0]
+    assert np.allclose(whole.affine, pieces.affine, atol=1e-9) and np.allclose(whole.weights, pieces.weights, atol=1e-9)
+
+
 def test_the_shot_may_begin_later_than_the_clip():
     toon = ball.ball()
     frames = np.stack([toon.frame(t) for t in range(8, 16)])
