@@ -21,7 +21,8 @@ WITHIN_HELD = 2.0  # pixels: a change in the middle of a held drawing, which wou
 def joined(model: PartModel, forward: Poses, backward: Poses) -> Poses:
     """All frames' poses: forwards where nothing else is known, backwards where only that is, the better where both are.
 
-    A frame of which neither knows the place, between two keys, holds the pose before.
+    A frame of which neither knows the place, between two keys, holds the pose before, or goes on as the run forward has
+    it.
     """
     back = backward.known & ~forward.known
     both = forward.known & backward.known
@@ -32,9 +33,11 @@ def joined(model: PartModel, forward: Poses, backward: Poses) -> Poses:
         for name, column in forward.columns.items()
     }
     columns["held"] = _held(forward, backward, back)
+    after = back.copy()  # where it is lost, the run backwards holds the pose after: not what is to be held
     for t in np.flatnonzero(both & ~columns["visible"]):
+        after[t] |= after[t - 1]
         for name in ("placed", "alpha"):
-            columns[name][t] = columns[name][t - 1]
+            columns[name][t] = columns[name][t - 1] if after[t] else columns[name][t]
     return replace(forward, columns=columns, known=forward.known | backward.known)
 
 
@@ -58,12 +61,12 @@ def cheapest_way(costs: NDArray, change: NDArray) -> NDArray:
 
 
 def _better(model: PartModel, forward: Poses, backward: Poses, low: int, high: int) -> NDArray:
-    """Whether to take the run backwards in frames low ... high - 1; both agree before and after."""
+    """Whether to take the run backwards in frames low ... high - 1, which lie between a start of each run."""
     frames = range(low, high)
     seen = [run.columns["visible"][low:high] for run in (forward, backward)]
     apart = np.array([tables.apart(model, *(tables.at(run, t) for run in (forward, backward))) for t in frames])
     apart[~(seen[0] & seen[1])] = 0  # what is not seen cannot jump
-    around = np.concatenate([[0], apart, [0]])
+    around = apart[[0, *range(high - low), -1]]  # each run is of one piece with the key that it comes from
     change = np.minimum(around[:-1], around[1:])
     change[:-1] += WITHIN_HELD * forward.columns["held"][low:high]
     change[1:] += WITHIN_HELD * backward.columns["held"][low:high]

@@ -178,7 +178,7 @@ def _held_to(found: Sighting, known: Pose, picture: NDArray) -> Sighting:
     if _there(found, known):
         return found
     pose = replace(known, misfit=found.pose.misfit, visible=True, held=False)
-    return replace(found, pose=pose, colors=found.model.colors, misfits=(), drawn=picture)
+    return Sighting(found.model, found.model.colors, pose, drawn=picture)
 
 
 def _of_one_mind(model: PartModel, forward: Poses, pose: Pose, t: int, end: int) -> bool:
