@@ -48,7 +48,7 @@ def follow(parts: tuple[Part, ...], clip: Clip, first: int = 0) -> list[tuple[Tr
 
     The clip's frame 0 is number `first` of the shot's numbering.
     """
-    learnt = [models.learn(part, clip, first) for part in parts]
+    learnt = [models.learn(part, clip, first, parts) for part in parts]
     starts = [models.key_frames(part, clip, first)[0] for part in parts]
     forward = _run(learnt, starts, clip, range(min(starts), len(clip)))
     backward = _run(learnt, starts, clip, range(max(starts), -1, -1))

@@ -1,7 +1,8 @@
 """A part as the tracker knows it: its colours, its keys, and the templates made from the key frames."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +16,9 @@ from capture.pictures import matte
 from capture.pictures.clip import Clip
 from capture.pictures.matte import ColorModel, Seed
 from capture.pictures.shot import Part
+
+INK = 2  # pixels beyond an outline that a part in front still colours
+RIM = 4  # pixels within an outline where the silhouette tells, whatever is painted there
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,19 +44,28 @@ class PartModel:
     shape: ShapeModel | None  # None for a part with one key
 
 
-def learn(part: Part, clip: Clip, first: int = 0) -> PartModel:
-    """Learn a part from its key frames; the clip's frame 0 is number `first` of the shot's numbering."""
+def learn(part: Part, clip: Clip, first: int = 0, others: tuple[Part, ...] = ()) -> PartModel:
+    """Learn a part from its key frames; the clip's frame 0 is number `first` of the shot's numbering.
+
+    Of the `others`, those drawn in front hide what their outlines in the same key frame cover.
+    """
     pictures = [np.asarray(clip[frame])[..., :3] for frame in key_frames(part, clip, first)]
-    seeds = seed(part, pictures)
+    hidden = [covered(part, key.frame, others, clip.size) for key in part.keys]
+    seeds = [_in_sight(one, cover) for one, cover in zip(seed(part, pictures), hidden)]
     colors = matte.learn(seeds)
     mattes = [matte.cut(colors, picture, s.inside) * s.limit for picture, s in zip(pictures, seeds)]
+    if part.keys[0].outline:
+        filled = [_filled(*four) for four in zip(pictures, mattes, part.outlines(), hidden)]
+        pictures, mattes = [picture for picture, _ in filled], [alpha for _, alpha in filled]
     outlines = part.outlines() if part.keys[0].outline else matte.trace(mattes[0], step=3.0)[None]
     keyset = keys.keyset(tuple(key.name for key in part.keys), outlines)
     ground = layer.mean_color(pictures[0], mattes[0])
     view = View(ground, layer.flatness(pictures[0], mattes[0], ground), layer.levels_for(outlines[0]))
     window = layer.window(outlines[0], clip.size, 24)
     origin = np.array([window[1].start, window[0].start])
-    key_layer = view.layer(pictures[0][window], mattes[0][window], origin)
+    guessed = hidden[0] & cv2.erode(matte.fill(clip.size, outlines[0]), np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8))
+    known = (1 - guessed[window]).astype(np.float32) if guessed.any() else None
+    key_layer = view.layer(pictures[0][window], mattes[0][window], origin, known)
     rigid = track_affine.template(key_layer, outlines[0])
     shape = _shape_model(keyset, pictures, mattes, view) if len(part.keys) > 1 else None
     return PartModel(part, keyset, colors, view, rigid, shape)
@@ -74,6 +87,37 @@ def seed(part: Part, pictures: list[NDArray]) -> list[Seed]:
         f"part {part.name!r} must say which pixels are its own: give its key an outline, or a box, a colour or "
         "scribbles"
     )
+
+
+def covered(part: Part, frame: int, others: tuple[Part, ...], size: tuple[int, int]) -> NDArray:
+    """Where (H, W) parts in front hide pixels of a frame, as far as they have a key there: 1 under their outlines."""
+    hidden = np.zeros((size[1], size[0]), np.uint8)
+    for other in others:
+        for key in other.keys:
+            if other.order > part.order and key.frame == frame and key.outline:
+                hidden |= matte.fill(size, np.array(key.outline))
+    return cv2.dilate(hidden, np.ones((2 * INK + 1, 2 * INK + 1), np.uint8))
+
+
+def _in_sight(one: Seed, hidden: NDArray) -> Seed:
+    """A seed without the pixels that others hide; whole where nothing would be left."""
+    inside = one.inside * (1 - hidden)
+    return one if np.count_nonzero(inside) < 16 else replace(one, inside=inside)
+
+
+def _filled(picture: NDArray, alpha: NDArray, outline: NDArray, hidden: NDArray) -> tuple[NDArray, NDArray]:
+    """Picture and matte with what is hidden of a part filled in: its outline is known, its colours are carried on."""
+    size = (picture.shape[1], picture.shape[0])
+    own = matte.fill(size, outline)
+    if not (own & hidden).any():
+        return picture, alpha
+    soft = cv2.GaussianBlur(own.astype(np.float32), (0, 0), 0.7)
+    strange = (hidden | (alpha < 0.5)).astype(np.uint8)
+    painted = cv2.inpaint(
+        np.ascontiguousarray(picture), strange & cv2.dilate(own, np.ones((5, 5))), 5, cv2.INPAINT_TELEA
+    )
+    under = hidden > 0
+    return np.where(under[..., None], painted, picture), np.where(under, soft, alpha)
 
 
 def _shape_model(keyset: KeySet, pictures: list[NDArray], mattes: list[NDArray], view: View) -> ShapeModel:
