@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from capture.fit.pixels import cover
 from capture.fit.pixels.descend import appearance, likeness
 from capture.fit.pixels.layer import Layer
-from capture.fit.pixels.model import PartModel
-from capture.fit.pixels.sighting import Pose, outline
+from capture.fit.pixels.model import PartModel, mesh_shape, outline_at
+from capture.fit.pixels.sighting import Pose, across, outline
 from capture.motion import affine
 from capture.pictures.matte import ColorModel
 
@@ -24,19 +24,25 @@ TELLING = 120  # pixels that score a pose
 
 
 def starts(
-    image: NDArray, hidden: NDArray, model: PartModel, colors: ColorModel, likely: list[Pose], most: int = 3
+    image: NDArray,
+    hidden: NDArray,
+    model: PartModel,
+    colors: ColorModel,
+    likely: list[Pose],
+    joint: NDArray | None = None,
+    most: int = 3,
 ) -> list[Pose]:
     """At most so many poses that are worth a descent, the best first, no two of them near each other.
 
     `likely` are poses that are worth trying whatever the picture says, the expected one first; `hidden` (H, W) is 1
-    under parts in front.
+    under parts in front.  A part that hangs on another is only turned about its `joint` (2,).
     """
     whole = whole_picture(image, hidden, model, colors)
     top = len(whole.levels) - 1
-    placed, alphas = _guesses(model, whole, likely)
+    placed, alphas = _guesses(model, whole, likely, joint)
     worth = np.concatenate([scores(model, whole, maps, alpha, top) for maps, alpha in zip(placed, alphas)])
     every = [Pose(one, alpha) for maps, alpha in zip(placed, alphas) for one in maps]
-    size = _across(model)
+    size = across(model)
     chosen: list[tuple[NDArray, Pose]] = []
     for number in np.argsort(-worth, kind="stable"):
         rim = outline(model, every[number])
@@ -71,14 +77,22 @@ def scores(model: PartModel, frame: Layer, placed: NDArray, alpha: NDArray, leve
     return (known * (agrees - 1 + telling)).sum(axis=1) / max(telling.sum(), 1e-9)
 
 
-def _guesses(model: PartModel, whole: Layer, likely: list[Pose]) -> tuple[list[NDArray], list[NDArray]]:
+def _guesses(
+    model: PartModel, whole: Layer, likely: list[Pose], joint: NDArray | None
+) -> tuple[list[NDArray], list[NDArray]]:
     """Maps (M, 2, 3) for each of several shapes, and the shapes' mode weights (L,)."""
     placed = [pose.placed[None] for pose in likely]
     alphas = [pose.alpha for pose in likely]
     expected = likely[0]
+    places = _places(model, whole) if joint is None else joint[None]
     for drawn, alpha in as_drawn(model):
-        laid = _laid(model, expected, drawn, alpha, _places(model, whole))
-        placed.append(np.concatenate([drawn[None], laid]))
+        if joint is None:
+            linear = np.concatenate([_turned(drawn[:, :2], TURNS), expected.placed[None, :, :2]])
+            laid = _laid(linear, mesh_shape(model, alpha)[model.keyset.outline].mean(axis=0), places)
+            placed.append(np.concatenate([drawn[None], laid]))
+        else:
+            linear = _turned(expected.placed[:, :2], 3 * TURNS)
+            placed.append(_laid(linear, np.array(model.part.pivot, float), places))
         alphas.append(alpha)
     rng = np.random.default_rng(0)
     for alpha in _sampled_shapes(model, expected, rng):
@@ -97,9 +111,9 @@ def _places(model: PartModel, whole: Layer) -> NDArray:
     """Full-size pixels (M, 2) about which there is most of the part's colours."""
     level = len(whole.levels) - 1
     coverage = whole.levels[level][..., 3]
-    across = max(_across(model) / 2**level, 1)
-    about = cv2.blur(coverage, (int(across) | 1,) * 2, borderType=cv2.BORDER_CONSTANT)
-    step = max(int(across / 6), 1)
+    width = max(across(model) / 2**level, 1)
+    about = cv2.blur(coverage, (int(width) | 1,) * 2, borderType=cv2.BORDER_CONSTANT)
+    step = max(int(width / 6), 1)
     rows, columns = np.mgrid[: about.shape[0] : step, : about.shape[1] : step]
     worth = about[rows, columns].ravel()
     best = np.argsort(-worth, kind="stable")[:PLACES]
@@ -107,18 +121,18 @@ def _places(model: PartModel, whole: Layer) -> NDArray:
     return np.column_stack([columns.ravel()[best], rows.ravel()[best]]) * 2.0**level
 
 
-def _laid(model: PartModel, expected: Pose, drawn: NDArray, alpha: NDArray, places: NDArray) -> NDArray:
-    """Maps (M, 2, 3) that lay a key on every place: as drawn and as the part was last seen, turned and scaled."""
-    from capture.fit.pixels.model import mesh_shape
-
-    middle = mesh_shape(model, alpha)[model.keyset.outline].mean(axis=0)
-    turns = 2 * np.pi * np.arange(TURNS) / TURNS
-    rotations = np.stack([np.cos(turns), -np.sin(turns), np.sin(turns), np.cos(turns)], -1).reshape(-1, 2, 2)
-    linear = np.stack([scale * rotation for scale in SCALES for rotation in rotations]) @ drawn[:, :2]
-    linear = np.concatenate([linear, expected.placed[None, :, :2]])
-    shift = places[:, None] - (linear @ middle)[None]
+def _laid(linear: NDArray, point: NDArray, places: NDArray) -> NDArray:
+    """Maps (M L, 2, 3) that do every linear part (L, 2, 2) and bring a point (2,) to every place (M, 2)."""
+    shift = places[:, None] - (linear @ point)[None]
     every = np.broadcast_to(linear, (len(places), *linear.shape))
     return np.concatenate([every, shift[..., None]], axis=-1).reshape(-1, 2, 3)
+
+
+def _turned(linear: NDArray, turns: int) -> NDArray:
+    """A linear part (2, 2) turned and scaled in all ways (L, 2, 2)."""
+    angles = 2 * np.pi * np.arange(turns) / turns
+    rotations = np.stack([np.cos(angles), -np.sin(angles), np.sin(angles), np.cos(angles)], -1).reshape(-1, 2, 2)
+    return np.concatenate([scale * rotations for scale in SCALES]) @ linear
 
 
 def _sampled_shapes(model: PartModel, expected: Pose, rng: np.random.Generator) -> list[NDArray]:
@@ -136,17 +150,11 @@ def _sampled_shapes(model: PartModel, expected: Pose, rng: np.random.Generator) 
 
 def _round(expected: Pose, model: PartModel, alpha: NDArray, count: int, rng: np.random.Generator) -> NDArray:
     """Maps (count, 2, 3) about an expected one: shifted by a third of the part's size, turned by half a radian."""
-    from capture.fit.pixels.model import outline_at
-
     middle = outline_at(model, expected.placed, alpha).mean(axis=0)
     turn, grow = rng.normal(0, 0.5, count), np.exp(rng.normal(0, 0.25, count))
-    shift = rng.normal(0, 0.33 * _across(model), (count, 2))
+    shift = rng.normal(0, 0.33 * across(model), (count, 2))
     linear = grow[:, None, None] * np.stack([np.cos(turn), -np.sin(turn), np.sin(turn), np.cos(turn)], axis=-1).reshape(
         -1, 2, 2
     )
     moved = np.concatenate([linear, (middle + shift - linear @ middle)[..., None]], axis=-1)
     return affine.compose(moved, expected.placed)
-
-
-def _across(model: PartModel) -> float:
-    return float(np.ptp(model.keyset.points[0], axis=0).max())

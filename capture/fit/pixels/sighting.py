@@ -9,6 +9,8 @@ from capture.fit.pixels import model as models
 from capture.fit.pixels.model import PartModel
 from capture.pictures.matte import ColorModel
 
+REACH = 64.0  # pixels a drawing may jump between frames, beyond its own size's share
+
 
 @dataclass(frozen=True, eq=False)
 class Pose:
@@ -40,6 +42,16 @@ class Sighting:
 def outline(model: PartModel, pose: Pose) -> NDArray:
     """The part's boundary (B, 2) as posed."""
     return models.outline_at(model, pose.placed, pose.alpha)
+
+
+def across(model: PartModel) -> float:
+    """The part's size in pixels, the longer side of its first key."""
+    return float(np.ptp(model.keyset.points[0], axis=0).max())
+
+
+def margin(model: PartModel) -> float:
+    """Pixels round a pose in which a part is looked for."""
+    return REACH + 0.25 * across(model)
 
 
 def is_sane(model: PartModel, pose: Pose) -> bool:
