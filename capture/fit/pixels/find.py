@@ -137,9 +137,9 @@ def _fit(model: PartModel, frame: Layer, start: NDArray) -> Pose:
         return Pose(placed, np.zeros(0), judged.misfit, judged.agreeing)
     placed, alpha = track_keys.acquire(shape.eigen, frame, start)
     alpha = np.clip(alpha, *_alpha_range(model))
-    for coarsest in (2, 1):  # the second time with the textures that the first time's shape calls for
+    for coarsest, finest in ((2, 1), (0, 0)):  # at full size with the textures that the rough shape calls for
         mixed = models.amounts(shape, alpha)
-        placed, alpha = track_shape.refine(shape.bent, frame, placed, alpha, mixed, coarsest)
+        placed, alpha = track_shape.refine(shape.bent, frame, placed, alpha, mixed, coarsest, finest)
     judged = track_shape.judged(shape.bent, frame, placed, alpha, mixed)
     return Pose(placed, alpha, judged.misfit, judged.agreeing)
 

@@ -120,8 +120,8 @@ def paper_step(key: Layer, frame: Layer, points: NDArray, placed: NDArray, level
     time.  The gradient is the frame's own, at those pixels.
     """
     at = affine.apply(placed, points)
-    gx, gy = frame.sample_slopes(level, at)
+    values, gx, gy = frame.sample_with_slopes(level, at)
     h = affine_slopes(gx, gy, points, np.zeros(2), 1.0).reshape(-1, 6)  # eq. 11
-    z = (frame.sample(level, at) - key.sample(level, points)).ravel()
+    z = (values - key.sample(level, points)).ravel()
     theta = -np.linalg.lstsq(h, z, rcond=None)[0]  # eq. 12
     return placed + np.column_stack([theta[:4].reshape(2, 2), theta[4:]])

@@ -101,9 +101,9 @@ def _linearise(template: EigenTemplate, frame: Layer, placed: NDArray, level: in
     """H (P C, 6) of the frame's own gradient at the warped pixels (eq. 11), and Z (P C,) against the mean."""
     at = template.levels[level]
     warped = affine.apply(placed, at.points)
-    gx, gy = frame.sample_slopes(level, warped)
+    values, gx, gy = frame.sample_with_slopes(level, warped)
     h = affine_slopes(gx, gy, at.points, np.zeros(2), 1.0).reshape(-1, 6)
-    return h, (frame.sample(level, warped) - at.mean).ravel()
+    return h, (values - at.mean).ravel()
 
 
 def _principal(spread: NDArray, most: int) -> tuple[NDArray, NDArray]:
