@@ -28,8 +28,7 @@ def affine_sums(
 
     Points (P, 2) are float32 about the centre and in units of the scale, slopes and difference (P, C), weight (P,).
     """
-    sums = _compiled(_affine_sums)(points, gx, gy, weight, difference)
-    return _unfolded(sums), sums[18:][[0, 1, 3, 4, 2, 5]]
+    return _compiled(_affine_sums)(points, gx, gy, weight, difference)
 
 
 def bent_sums(
@@ -108,8 +107,9 @@ def _look_with_slopes(image, ground, at):  # noqa: ANN001, ANN202 - numba infers
 
 
 def _affine_sums(points, gx, gy, weight, difference):  # noqa: ANN001, ANN202 - numba infers the types
-    """Three slope products times six monomials, then two slopes times the difference times x, y and 1."""
-    sums = np.zeros(24)
+    """Three products of slopes times the six monomials of x and y, then each in its places."""
+    sums = np.zeros((3, 6))  # xx, xy, yy times x x, x y, y y, x, y, 1
+    right = np.zeros(6)
     for p in range(len(points)):
         if weight[p] == 0:
             continue
@@ -122,27 +122,28 @@ def _affine_sums(points, gx, gy, weight, difference):  # noqa: ANN001, ANN202 - 
             by += gy[p, c] * difference[p, c]
         x, y, w = points[p, 0], points[p, 1], weight[p]
         for k, product in enumerate((w * xx, w * xy, w * yy)):
-            sums[6 * k] += product * x * x
-            sums[6 * k + 1] += product * x * y
-            sums[6 * k + 2] += product * y * y
-            sums[6 * k + 3] += product * x
-            sums[6 * k + 4] += product * y
-            sums[6 * k + 5] += product
-        for k, product in enumerate((w * bx, w * by)):
-            sums[18 + 3 * k] += product * x
-            sums[19 + 3 * k] += product * y
-            sums[20 + 3 * k] += product
-    return sums
-
-
-def _unfolded(sums: NDArray) -> NDArray:
-    """The symmetric (6, 6) of the 18 sums."""
-    xx, xy, yy = (
-        np.array([(s[0], s[1], s[3]), (s[1], s[2], s[4]), (s[3], s[4], s[5])]) for s in sums[:18].reshape(3, 6)
-    )
-    whole = np.block([[xx, xy], [xy, yy]])  # in the order gx x, gx y, gx, gy x, gy y, gy
-    order = [0, 1, 3, 4, 2, 5]
-    return whole[np.ix_(order, order)]
+            sums[k, 0] += product * x * x
+            sums[k, 1] += product * x * y
+            sums[k, 2] += product * y * y
+            sums[k, 3] += product * x
+            sums[k, 4] += product * y
+            sums[k, 5] += product
+        bx, by = w * bx, w * by
+        right[0] += bx * x
+        right[1] += bx * y
+        right[2] += by * x
+        right[3] += by * y
+        right[4] += bx
+        right[5] += by
+    normal = np.empty((6, 6))
+    monomial = ((0, 1, 3), (1, 2, 4), (3, 4, 5))  # of x, y, 1 times x, y, 1
+    place = ((0, 1, 4), (2, 3, 5))  # of gx and gy times x, y, 1
+    for i in range(3):
+        for j in range(3):
+            normal[place[0][i], place[0][j]] = sums[0, monomial[i][j]]
+            normal[place[1][i], place[1][j]] = sums[2, monomial[i][j]]
+            normal[place[0][i], place[1][j]] = normal[place[1][j], place[0][i]] = sums[1, monomial[i][j]]
+    return normal, right
 
 
 def _bent_rows(points, modes, linear, gx, gy, weight, difference):  # noqa: ANN001, ANN202 - numba infers the types

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 HUBER = 20.0  # grey levels; larger differences count linearly: they may be somebody else's pixels
 SHARPEST = 2  # the coarsest level on which a pixel may lose its weight altogether
 NEAR = 8.0  # times the step at which a level counts as done: from there on pixels may lose their weight
-LEAST, MOST = 60.0, 120.0  # grey levels at which a pixel's weight is gone, in a calm picture and in a poor one
+LEAST, MOST = 30.0, 120.0  # grey levels at which a pixel's weight is gone, in a calm picture and in a poor one
 SLACK = 0.003  # price of leaving a level's start, against what all pixels together would say
 
 
