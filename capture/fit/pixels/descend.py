@@ -29,7 +29,7 @@ def fit(model: PartModel, frame: Layer, start: NDArray) -> Pose:
         return _judged(model, frame, track_affine.align(model.rigid, frame, start), np.zeros(0))
     placed, alpha = track_keys.acquire(model.shape.eigen, frame, start)
     alpha = np.clip(alpha, *_alpha_range(model))
-    return polish(model, frame, Pose(placed, alpha), twice=True)
+    return polish(model, frame, Pose(placed, alpha))
 
 
 def rough(model: PartModel, frame: Layer, start: NDArray, finest: int = 2) -> Pose:
@@ -41,15 +41,15 @@ def rough(model: PartModel, frame: Layer, start: NDArray, finest: int = 2) -> Po
     return Pose(placed, np.clip(alpha, *_alpha_range(model)))
 
 
-def polish(model: PartModel, frame: Layer, pose: Pose, twice: bool = False) -> Pose:
+def polish(model: PartModel, frame: Layer, pose: Pose) -> Pose:
     """From a pose that is nearly right: the fine levels alone."""
     shape = model.shape
     if shape is None:
         return _judged(model, frame, track_affine.align(model.rigid, frame, pose.placed, coarsest=2), pose.alpha)
     placed, alpha = pose.placed, pose.alpha
-    for coarsest in (2, 1) if twice else (2,):  # the second time with the textures that the first one's shape calls for
+    for coarsest, finest in ((2, 1), (0, 0)):  # at full size with the textures that the rough shape calls for
         mixed = models.amounts(shape, alpha)
-        placed, alpha = track_shape.refine(shape.bent, frame, placed, alpha, mixed, coarsest)
+        placed, alpha = track_shape.refine(shape.bent, frame, placed, alpha, mixed, coarsest, finest)
     return _judged(model, frame, placed, alpha)
 
 

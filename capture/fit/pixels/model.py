@@ -133,8 +133,12 @@ def _shape_model(keyset: KeySet, pictures: list[NDArray], mattes: list[NDArray],
     images = keyimages.row_images(composites, keyset, shapes, grid, view.ground)
     eigen = track_keys.eigen_template([as_layer(image) for image in images], outline, space)
     place = keyimages.mesh_map(space.mean, keyset.faces, grid)
-    textures = keyimages.key_textures(composites, keyset, place, view.ground)
-    bent = track_shape.shape_template([as_layer(texture) for texture in textures], place, space)
+    drawn = [view.layer(picture, alpha, np.zeros(2)) for picture, alpha in zip(pictures, mattes)]
+    textures = [
+        keyimages.pulled_layer(key, points, removed, place, grid.origin)
+        for key, points, removed in zip(drawn, keyset.points, keyset.removed)
+    ]
+    bent = track_shape.shape_template(textures, place, space)
     amounts = keys.fold(keyset.rows, np.eye(len(keyset.rows)), len(keyset.names))
     mean = amounts.mean(axis=0)
     to_keys = np.linalg.lstsq(space.coefficients, amounts - mean, rcond=1e-3)[0]
