@@ -17,6 +17,7 @@ SEEN = 0.22  # below it the part is lost
 BACK = 0.4  # this much is asked for a part that was lost, or that is not where it was expected
 # shares of the part that must be in sight for a picture to say anything about it
 HIDDEN, HIDDEN_BACK = 0.1, 0.3
+OBVIOUS = 0.6  # share in sight from which on a part is believed to be off its joint
 SOCKET = 0.2  # of a part's size: how far from its parent's it may put its joint
 
 
@@ -29,7 +30,7 @@ def is_clear(part: Sighting, pose: Pose, seen: Evidence) -> bool:
 def is_seen(part: Sighting, expected: Pose, joint: NDArray | None, pose: Pose, seen: Evidence) -> bool:
     """Whether a fit proves the part to be there; `joint` (2,) is where its parent holds it, if one does."""
     if joint is not None and not is_hung(part, pose, joint):
-        return False
+        return seen.known >= OBVIOUS and worth(pose, seen) >= CLEAR and pose.misfit <= ordinary(part)
     if part.pose.visible and not is_far(part, expected, pose):
         return seen.known >= HIDDEN and worth(pose, seen) >= SEEN
     enough = HIDDEN_BACK if joint is None else HIDDEN

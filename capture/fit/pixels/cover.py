@@ -62,8 +62,7 @@ def cutout(
     """The surroundings of an expected pose, `margin` pixels wide, with the part's matte; `hidden` (H, W) is 1 under
     parts in front.
 
-    Patches of its colour belong to it that touch the expected outline, grown by `reach` pixels.  What is
-    unknown is filled with what is expected there: small pictures mix it with what is known beside it.
+    Patches of its colour belong to it that touch the expected outline, grown by `reach` pixels.
     """
     rim = outline(model, expected)
     low = np.floor(rim.min(axis=0) - margin).astype(int)
@@ -75,8 +74,6 @@ def cutout(
     if others:
         soft[not_own(colors, others)[cells(picture)]] = 0
         soft = _touching(soft, wide)
-    unknown = seen == 0
-    soft[unknown] = near[unknown]
     return Cutout(picture, low.astype(float), seen.astype(np.float32), soft)
 
 
@@ -90,11 +87,7 @@ def not_own(colors: ColorModel, others: list[Placed]) -> NDArray:
 
 def as_layer(view: View, part: Cutout) -> Layer:
     """The cut-out made comparable; where all can be seen, nothing is said of it."""
-    picture = part.picture
-    if part.known.all():
-        return view.layer(picture, part.soft, part.origin)
-    filled = np.where(part.known[..., None] > 0, picture, np.rint(view.ground).astype(np.uint8))
-    return view.layer(filled, part.soft, part.origin, part.known)
+    return view.layer(part.picture, part.soft, part.origin, None if part.known.all() else part.known)
 
 
 def without_foreign(part: Cutout, model: PartModel, pose: Pose, colors: ColorModel, beside: list[Placed]) -> Cutout:
@@ -127,8 +120,7 @@ def without_stranger(part: Cutout, model: PartModel, pose: Pose) -> Cutout:
     if not REJECTED < share < 0.8:
         return part
     unknown = grown(strange.astype(np.uint8), 4) > 0  # as far as the outline, from which `inner` kept away
-    soft = np.where(unknown, solid(model, pose, part.origin, part.soft.shape), part.soft).astype(np.float32)
-    return replace(part, known=np.where(unknown, np.float32(0), part.known), soft=soft)
+    return replace(part, known=np.where(unknown, np.float32(0), part.known))
 
 
 def solid(model: PartModel, pose: Pose, origin: NDArray, shape: tuple[int, ...]) -> NDArray:

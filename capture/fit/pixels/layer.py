@@ -99,23 +99,44 @@ def layer(
 
     `known` (H, W) is 0 where something else covers the layer.
     """
-    smooth = cv2.GaussianBlur(composed, (0, 0), 1.0)
-    pyramid = [smooth]
+    if known is not None:
+        return _seen_in_part(composed, origin, ground, levels, flatness, known)
+    pyramid = [cv2.GaussianBlur(composed, (0, 0), 1.0)]
     for _ in range(levels - 1):
         pyramid.append(cv2.pyrDown(pyramid[-1]))
-    finest = smooth.copy()
-    finest[..., 3] *= flatness
-    pyramid[0] = finest
-    return Layer(tuple(pyramid), np.asarray(origin, float), np.append(ground, 0.0), _known_levels(known, levels))
+    return Layer(_flattened(pyramid, flatness), np.asarray(origin, float), np.append(ground, 0.0))
 
 
-def _known_levels(known: NDArray | None, levels: int) -> tuple[NDArray, ...] | None:
-    if known is None:
-        return None
+def _seen_in_part(
+    composed: NDArray, origin: NDArray, ground: NDArray, levels: int, flatness: float, known: NDArray
+) -> Layer:
+    """The same where some pixels are hidden: every smoothed pixel is the mean of those that are seen."""
+    seen = known.astype(np.float32)
+    parts, shares = [cv2.GaussianBlur(composed * seen[..., None], (0, 0), 1.0)], [cv2.GaussianBlur(seen, (0, 0), 1.0)]
+    for _ in range(levels - 1):
+        parts.append(cv2.pyrDown(parts[-1]))
+        shares.append(cv2.pyrDown(shares[-1]))
+    beyond = np.append(ground, 0.0).astype(np.float32)
+    pyramid = [
+        np.where(share[..., None] > 0.01, part / np.maximum(share, 0.01)[..., None], beyond)
+        for part, share in zip(parts, shares)
+    ]
+    return Layer(_flattened(pyramid, flatness), np.asarray(origin, float), np.append(ground, 0.0), tuple(shares))
+
+
+def halved(known: NDArray, levels: int) -> tuple[NDArray, ...]:
+    """A map (H, W) of what can be seen, at all sizes."""
     pyramid = [known.astype(np.float32)]
     for _ in range(levels - 1):
         pyramid.append(cv2.pyrDown(pyramid[-1]))
     return tuple(pyramid)
+
+
+def _flattened(pyramid: list[NDArray], flatness: float) -> tuple[NDArray, ...]:
+    """The levels with alpha at full size counting by `flatness`."""
+    finest = pyramid[0].copy()
+    finest[..., 3] *= flatness
+    return (finest, *pyramid[1:])
 
 
 def mean_color(image: NDArray, matte: NDArray) -> NDArray:

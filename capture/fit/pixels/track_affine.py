@@ -47,7 +47,8 @@ def template(key: Layer, outline: NDArray, keep: float = 0.35) -> Template:
         gx, gy = gradient(image, number)
         power = (gx**2 + gy**2).sum(axis=-1)
         if key.known is not None:
-            power = power * (key.known[number] > 0.9)  # what is hidden in the key tells nothing
+            # of what is hidden in the key, half known, only the silhouette tells, and only where alpha counts
+            power = power * (key.known[number] > (0.9 if number < 2 else 0.4))
         chosen = telling(power, keep if number == 0 else 1.0)
         points = points_of(number, image.shape, key.origin)[chosen]
         local = ((points - centre) / scale).astype(np.float32)
