@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from capture.fit.curves import correspond
 from capture.fit.pixels import layer
 from capture.fit.pixels import model as models
-from capture.fit.pixels.find import REACH, is_held
+from capture.fit.pixels.held import is_held
+from capture.fit.pixels.sighting import REACH
 from capture.motion import affine
 from capture.pictures import matte
 from capture.pictures.clip import Clip

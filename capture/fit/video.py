@@ -65,7 +65,7 @@ def follow(
 
     The clip's frame 0 is number `first` of the shot's numbering.
     """
-    learnt = [models.learn(part, clip, first) for part in parts]
+    learnt = [models.learn(part, clip, first, parts) for part in parts]
     keys = [key_poses(model, clip, first) for model in learnt]
     done = passes.go_through(learnt, keys, clip, keep)
     runs = zip(learnt, done.forward, done.backward)

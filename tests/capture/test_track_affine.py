@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from capture.fit.pixels import layer, track_affine
+from capture.fit.pixels import layer, track_affine, trust
 from fixtures import maps, render
 from fixtures.render import Fill, Ink
 
@@ -176,7 +176,7 @@ def test_slopes_tell_how_values_change_with_the_map():
 
 def test_far_off_pixels_count_linearly_and_near_ones_fully():
     difference = np.array([(0.0,) * 4, (10.0,) * 4, (20.0,) * 4, (80.0,) * 4], np.float32)
-    assert np.allclose(track_affine.huber(difference), [1, 1, 1, 0.25])
+    assert np.allclose(trust.huber(difference), [1, 1, 1, 0.25])
 
 
 def test_telling_pixels_are_the_steepest_ones():

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit.pixels.layer import sample
+from capture.fit.pixels.layer import Layer, sample
 from capture.motion import affine, keys
 from capture.motion.keys import KeySet
 
@@ -88,6 +88,21 @@ def key_textures(pictures: list[NDArray], keyset: KeySet, place: MeshMap, ground
         for picture, points, removed in zip(pictures, keyset.points, keyset.removed)
     ]
     return np.stack(pulled)
+
+
+def pulled_layer(key: Layer, points: NDArray, removed: NDArray, place: MeshMap, origin: NDArray) -> Layer:
+    """A key frame's layer seen on the grid at `origin`, where the mesh has moved from `points` (N, 2).
+
+    Every level is pulled for itself, smoothed already: so a frame that shows the key again, smoothed in the same way,
+    differs by nothing.
+    """
+    at = affine.apply(removed, (place.carry(points) + place.beyond).reshape(-1, 2)).reshape(place.beyond.shape)
+    levels = []
+    for number in range(len(key.levels)):
+        some = at[:: 2**number, :: 2**number]
+        values = key.sample(number, some.reshape(-1, 2))
+        levels.append(np.ascontiguousarray(values.reshape(*some.shape[:2], -1)))
+    return Layer(tuple(levels), np.asarray(origin, float), key.ground)
 
 
 def pull(picture: NDArray, points: NDArray, removed: NDArray, place: MeshMap, ground: NDArray) -> NDArray:

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.fit.pixels import kernels, trust
 from capture.fit.pixels.judge import Judgement, judge
 from capture.fit.pixels.layer import Layer, gradient, points_of
 from capture.motion import affine
-
-HUBER = 20.0  # grey levels; larger differences count linearly: they may be somebody else's pixels
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +23,9 @@ class Level:
 
     points: NDArray  # (P, 2) full-size positions in the key's frame
     values: NDArray  # (P, C)
-    slopes: NDArray  # (P, C, 6) change of value with [a1 a2 a3 a4 dx dy], eq. 11
+    local: NDArray  # (P, 2) float32, the same about the centre and in units of the scale
+    slopes: tuple[NDArray, NDArray]  # x- and y-slopes (P, C) per full-size pixel
+    normal: NDArray  # (6, 6) how sharply all pixels together tell the map, for increments [a1 a2 a3 a4 dx dy]
     gradient_power: float  # mean squared gradient per full-size pixel: turns grey levels into pixels
 
 
@@ -45,10 +46,16 @@ def template(key: Layer, outline: NDArray, keep: float = 0.35) -> Template:
     for number, image in enumerate(key.levels):
         gx, gy = gradient(image, number)
         power = (gx**2 + gy**2).sum(axis=-1)
+        if key.known is not None:
+            # of what is hidden in the key, half known, only the silhouette tells, and only where alpha counts
+            power = power * (key.known[number] > (0.9 if number < 2 else 0.4))
         chosen = telling(power, keep if number == 0 else 1.0)
         points = points_of(number, image.shape, key.origin)[chosen]
-        slopes = affine_slopes(gx[chosen], gy[chosen], points, centre, scale)
-        levels.append(Level(points, image[chosen], slopes, float(power[chosen].mean())))
+        local = ((points - centre) / scale).astype(np.float32)
+        slopes = gx[chosen], gy[chosen]
+        every = np.ones(len(points), np.float32)
+        normal = scale**2 * kernels.affine_sums(local, *slopes, every, 0 * slopes[0])[0]
+        levels.append(Level(points, image[chosen], local, slopes, normal, float(power[chosen].mean())))
     return Template(tuple(levels), centre, scale)
 
 
@@ -73,16 +80,30 @@ def align(shape: Template, frame: Layer, start: NDArray, coarsest: int | None = 
     placed = np.asarray(start, float)
     top = len(shape.levels) - 1 if coarsest is None else min(coarsest, len(shape.levels) - 1)
     for number in range(top, finest - 1, -1):
-        level = shape.levels[number]
-        slopes = level.slopes.reshape(-1, 6)
-        still = (0.02 if number == 0 else 0.1 * 2**number) / shape.scale
-        for _ in range(25):
-            difference = frame.sample(number, affine.apply(placed, level.points)) - level.values
-            weight = huber(difference)
-            step = solve(slopes, difference.ravel(), np.repeat(weight, difference.shape[1]))
-            placed = affine.compose(placed, affine.invert(small_map(step, shape.centre, shape.scale)))
-            if np.abs(step).max() < still:
-                break
+        placed = _descend(shape, frame, placed, number)
+    return placed
+
+
+def _descend(shape: Template, frame: Layer, first: NDArray, number: int) -> NDArray:
+    """The map (2, 3) improved at one level, where it began as `first`."""
+    level, placed, gone = shape.levels[number], first, None
+    still = (0.02 if number == 0 else 0.1 * 2**number) / shape.scale
+    way = np.zeros(6)  # from `first`, in the unknowns of a step
+    for _ in range(25):
+        at = affine.apply(placed, level.points)
+        difference, known = frame.sample(number, at) - level.values, frame.sample_known(number, at)
+        weight = trust.weights(difference, known, gone)
+        normal, right = kernels.affine_sums(level.local, *level.slopes, weight, difference)
+        normal = shape.scale**2 * normal + trust.SLACK * level.normal
+        normal[np.diag_indices(6)] += 1e-6 * np.trace(level.normal) + 1e-12  # what no picture tells stays put
+        step = np.linalg.solve(normal, shape.scale * right + trust.SLACK * level.normal @ way)
+        placed = affine.compose(placed, affine.invert(small_map(step, shape.centre, shape.scale)))
+        way = way - step
+        moved = np.abs(step).max()
+        if gone is None and moved < trust.NEAR * still and number <= trust.SHARPEST:
+            gone = trust.gone_at(difference, known)
+        elif moved < still:
+            break
     return placed
 
 
@@ -90,20 +111,6 @@ def small_map(step: NDArray, centre: NDArray, scale: float) -> NDArray:
     """The plain map (2, 3) of an increment [a1 a2 a3 a4 dx dy], which acts about the centre in scale units."""
     linear = np.eye(2) + step[:4].reshape(2, 2)
     return affine.about(np.column_stack([linear, scale * step[4:6]]), centre)
-
-
-def huber(difference: NDArray) -> NDArray:
-    """Weights (P,) of pixels by how far (P, C) they differ: 1 up to the threshold, then falling off."""
-    size = np.sqrt((difference**2).mean(axis=1))
-    return np.minimum(1.0, HUBER / np.maximum(size, 1e-9)).astype(difference.dtype)
-
-
-def solve(slopes: NDArray, difference: NDArray, weight: NDArray) -> NDArray:
-    """Weighted least squares for small steps, lightly damped: what the picture cannot tell stays put."""
-    weighted = slopes * weight[:, None]
-    normal = (weighted.T @ slopes).astype(float)
-    normal[np.diag_indices_from(normal)] += 1e-5 * np.trace(normal) / len(normal) + 1e-12
-    return np.linalg.solve(normal, (weighted.T @ difference).astype(float))
 
 
 def judged(shape: Template, frame: Layer, placed: NDArray, level: int = 0) -> Judgement:
@@ -120,8 +127,8 @@ def paper_step(key: Layer, frame: Layer, points: NDArray, placed: NDArray, level
     time.  The gradient is the frame's own, at those pixels.
     """
     at = affine.apply(placed, points)
-    gx, gy = frame.sample_slopes(level, at)
+    values, gx, gy = frame.sample_with_slopes(level, at)
     h = affine_slopes(gx, gy, points, np.zeros(2), 1.0).reshape(-1, 6)  # eq. 11
-    z = (frame.sample(level, at) - key.sample(level, points)).ravel()
+    z = (values - key.sample(level, points)).ravel()
     theta = -np.linalg.lstsq(h, z, rcond=None)[0]  # eq. 12
     return placed + np.column_stack([theta[:4].reshape(2, 2), theta[4:]])

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.fit.pixels import trust
 from capture.fit.pixels.layer import Layer, gradient, points_of
 from capture.fit.pixels.track_affine import affine_slopes, small_map, telling
 from capture.fit.shapes.keyspace import KeySpace
@@ -24,7 +25,8 @@ class EigenLevel:
     points: NDArray  # (P, 2) full-size positions in key 0's frame
     mean: NDArray  # (P, C)
     images: NDArray  # (P * C, L) orthonormal eigen-images
-    step: NDArray  # (6, P * C) from difference to increment, appearance projected out
+    both: NDArray  # (P * C, 6 + L) float32: rows of eq. 11 about the centre in units of the scale, then eigen-images
+    normal: NDArray  # (6, 6) how sharply all pixels together tell the map
     to_modes: NDArray  # (L, M) from eigen-weights to the M modes of shape
 
 
@@ -51,31 +53,50 @@ def eigen_template(rows: list[Layer], outline: NDArray, space: KeySpace, most: i
         slopes = affine_slopes(gx[chosen], gy[chosen], points, centre, scale).reshape(-1, 6)
         spread = (stack - mean)[:, chosen].reshape(len(rows), -1)
         images, weights = _principal(spread, most)
-        free = slopes - images @ (images.T @ slopes)
-        normal = free.T @ free
-        normal[np.diag_indices(6)] += 1e-5 * np.trace(normal) / 6
+        both = np.column_stack([slopes, images]).astype(np.float32)
         to_modes = _ridge(weights, space.coefficients)
-        levels.append(EigenLevel(points, mean[chosen], images, np.linalg.solve(normal, free.T), to_modes))
+        normal = slopes.T @ slopes
+        levels.append(EigenLevel(points, mean[chosen], images, both, normal, to_modes))
     return EigenTemplate(tuple(levels), centre, scale)
 
 
-def acquire(template: EigenTemplate, frame: Layer, start: NDArray, finest: int = 1) -> tuple[NDArray, NDArray]:
+def acquire(template: EigenTemplate, frame: Layer, start: NDArray, finest: int = 2) -> tuple[NDArray, NDArray]:
     """The plain map (2, 3) and the mode weights (M,) of a frame, coarse to fine from `start`."""
-    placed = np.asarray(start, float)
-    difference = np.zeros(0)
+    placed, weights = np.asarray(start, float), np.zeros(0)
     finest = min(finest, len(template.levels) - 1)
     for number in range(len(template.levels) - 1, finest - 1, -1):
-        level = template.levels[number]
-        still = 0.1 * 2**number / template.scale
-        for _ in range(25):
-            difference = (frame.sample(number, affine.apply(placed, level.points)) - level.mean).ravel()
-            step = level.step @ difference
-            placed = affine.compose(placed, affine.invert(small_map(step, template.centre, template.scale)))
-            if np.abs(step).max() < still:
-                break
-    level = template.levels[finest]
-    difference = (frame.sample(finest, affine.apply(placed, level.points)) - level.mean).ravel()
-    return placed, (difference @ level.images) @ level.to_modes
+        placed, weights = _descend(template, frame, placed, number)
+    return placed, weights @ template.levels[finest].to_modes
+
+
+def _descend(template: EigenTemplate, frame: Layer, first: NDArray, number: int) -> tuple[NDArray, NDArray]:
+    """Map (2, 3) and eigen-weights (L,) improved at one level, from the map `first`: increment and weights together."""
+    level, placed, gone = template.levels[number], first, None
+    still = 0.1 * 2**number / template.scale
+    way, weights = np.zeros(6), None  # from `first`, in the unknowns of a step
+    for _ in range(25):
+        at = affine.apply(placed, level.points)
+        difference, known = frame.sample(number, at) - level.mean, frame.sample_known(number, at)
+        if weights is None:
+            weights = difference.ravel() @ level.images
+        left = difference - (level.images @ weights).reshape(difference.shape)
+        weight = np.repeat(trust.weights(left, known, gone), left.shape[1]).astype(np.float32)
+        weighted = level.both * weight[:, None]
+        normal, right = (weighted.T @ level.both).astype(float), (difference.ravel() @ weighted).astype(float)
+        hold = trust.SLACK * level.normal
+        normal[:6, :6] += hold
+        right[:6] += hold @ way
+        normal[np.diag_indices_from(normal)] *= 1 + 1e-5
+        normal[np.diag_indices_from(normal)] += 1e-9
+        step, weights = np.split(np.linalg.solve(normal, right), [6])
+        placed = affine.compose(placed, affine.invert(small_map(step, template.centre, template.scale)))
+        way = way - step
+        moved = np.abs(step).max()
+        if gone is None and moved < trust.NEAR * still and number <= trust.SHARPEST:
+            gone = trust.gone_at(left, known)
+        elif moved < still:
+            break
+    return placed, weights
 
 
 def joint_step(template: EigenTemplate, frame: Layer, placed: NDArray, level: int) -> tuple[NDArray, NDArray]:
@@ -101,9 +122,9 @@ def _linearise(template: EigenTemplate, frame: Layer, placed: NDArray, level: in
     """H (P C, 6) of the frame's own gradient at the warped pixels (eq. 11), and Z (P C,) against the mean."""
     at = template.levels[level]
     warped = affine.apply(placed, at.points)
-    gx, gy = frame.sample_slopes(level, warped)
+    values, gx, gy = frame.sample_with_slopes(level, warped)
     h = affine_slopes(gx, gy, at.points, np.zeros(2), 1.0).reshape(-1, 6)
-    return h, (frame.sample(level, warped) - at.mean).ravel()
+    return h, (values - at.mean).ravel()
 
 
 def _principal(spread: NDArray, most: int) -> tuple[NDArray, NDArray]:
