@@ -2,11 +2,15 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
 
 if TYPE_CHECKING:
     from capture.pictures.clip import Clip
     from capture.pictures.shot import Shot
+
+Out = Annotated[Path | None, Parameter(name=["--out", "-o"])]
 
 
 def not_shadowed() -> None:
