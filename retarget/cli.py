@@ -8,18 +8,19 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import capturing, lending, start
-from retarget.console import not_shadowed, one_line
+from retarget.commands import capturing, lending, many, start
+from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
     *(start.demo, start.fixtures),
     *(capturing.suggest, capturing.capture, capturing.contour, capturing.overlay),
+    many.batch,
     lending.retarget,
 )
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; 0 when it worked, 2 with one sentence when something given could not be used."""
+    """Run the command line; 0 when it worked, 1 where a part of it did not, 2 when something given cannot be used."""
     app = App(
         name="tooncap",
         help="Capture the motion of a cartoon and lend it to another drawing.",
@@ -36,6 +37,9 @@ def main(arguments: list[str] | None = None) -> int:
     except (InputError, CycloptsError) as error:
         print(f"tooncap: {one_line(error)}", file=sys.stderr)
         return 2
+    except Failed as error:
+        print(f"tooncap: {error}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print("tooncap: interrupted; nothing half-written is left", file=sys.stderr)
         return 130

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
 Out = Annotated[Path | None, Parameter(name=["--out", "-o"])]
 
 
+class Failed(Exception):
+    """What a command could not do all of: its closing line, and exit code 1."""
+
+
 def not_shadowed() -> None:
     """Refuse to run with another project's package in the place of ours: PyPI has a `capture` and a `mocap`."""
     from importlib.util import find_spec
@@ -60,6 +64,23 @@ def stem(path: Path) -> str:
     """A file's name without what says its kind: hop.shot.toml, hop.motion.json and hop.mp4 are hop."""
     kinds = (".shot.toml", ".motion.json", ".toml", ".json")
     return next((path.name.removesuffix(kind) for kind in kinds if path.name.endswith(kind)), path.stem)
+
+
+def given_files(paths: tuple[Path, ...]) -> list[Path]:
+    """The files named, with patterns such as shots/*.toml filled in where no shell did it."""
+    from glob import glob
+
+    from capture.errors import InputError
+
+    files = []
+    for path in paths:
+        found = [path] if path.exists() else [Path(name) for name in sorted(glob(str(path)))]
+        if not found:
+            raise InputError(f"every file named must exist: there is no {path}")
+        files += found
+    if not files:
+        raise InputError("at least one file must be named, none is: such as shots/*.toml")
+    return files
 
 
 def told(clip: "Clip") -> "Clip":

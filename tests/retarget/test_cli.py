@@ -266,7 +266,7 @@ def test_the_help_is_quick_and_names_every_command():
         [sys.executable, "-X", "importtime", "-m", "retarget.cli", "--help"], capture_output=True, text=True
     )
     assert said.returncode == 0
-    for command in ("demo", "fixtures", "suggest", "capture", "overlay", "retarget"):
+    for command in ("demo", "fixtures", "suggest", "capture", "batch", "overlay", "retarget"):
         assert command in said.stdout
     loaded = {line.split("|")[-1].strip() for line in said.stderr.splitlines()}
     assert not loaded & {"torch", "kornia", "cvxpy", "numba", "matplotlib.pyplot", "scipy.optimize", "cv2", "numpy"}
