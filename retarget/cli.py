@@ -26,6 +26,7 @@ def main(arguments: list[str] | None = None) -> int:
         help="Capture the motion of a cartoon and lend it to another drawing.",
         version_flags=["--version"],
         default_parameter=Parameter(negative=()),
+        suppress_keyboard_interrupt=False,  # below it is told in our words
     )
     for command in COMMANDS:
         app.command(command)
@@ -40,8 +41,8 @@ def main(arguments: list[str] | None = None) -> int:
     except Failed as error:
         print(f"tooncap: {error}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
-        print("tooncap: interrupted; nothing half-written is left", file=sys.stderr)
+    except KeyboardInterrupt as interrupt:
+        print(f"tooncap: {one_line(interrupt) or 'interrupted; nothing half-written is left'}", file=sys.stderr)
         return 130
     if said:
         print(said)

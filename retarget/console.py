@@ -121,5 +121,5 @@ def background_of(text: str) -> Any:
     return read_image(text) if Path(text).suffix.lower() in (".png", ".jpg", ".jpeg", ".webp") else text
 
 
-def one_line(error: Exception) -> str:
+def one_line(error: BaseException) -> str:
     return " ".join(str(error).split())

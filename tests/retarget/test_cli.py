@@ -261,6 +261,16 @@ def test_a_misspelt_command_is_refused(tmp_path: Path, capsys, words: list[str],
     refused(capsys, tmp_path, *words)
 
 
+@pytest.mark.parametrize("said", ["", "interrupted at frame 7"])
+def test_an_interrupt_is_told_in_one_sentence(short: Path, tmp_path: Path, capsys, monkeypatch, said: str):
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt(*([said] if said else []))
+
+    monkeypatch.setattr(tracks, "save", interrupted)
+    assert main(["capture", str(short / "ball.shot.toml"), "-o", str(tmp_path / "a.motion.json")]) == 130
+    assert capsys.readouterr().err == f"tooncap: {said or 'interrupted; nothing half-written is left'}\n"
+
+
 def test_the_help_is_quick_and_names_every_command():
     said = subprocess.run(
         [sys.executable, "-X", "importtime", "-m", "retarget.cli", "--help"], capture_output=True, text=True
