@@ -3,14 +3,21 @@
 import os
 import sys
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
 
 from retarget.console import Failed, Out, folder_at, given_files, stem
 
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
 
-def batch(*shots: Path, out: Out = None, jobs: int | None = None, scheduler: str | None = None) -> str:
+    from capture.fit.batch import Job, Outcome
+
+
+def batch(
+    *shots: Path, out: Out = None, jobs: int | None = None, scheduler: str | None = None, missing: bool = False
+) -> str:
     """Capture many shots side by side; one that fails is told, and does not stop the rest.
 
     Parameters
@@ -23,6 +30,8 @@ def batch(*shots: Path, out: Out = None, jobs: int | None = None, scheduler: str
         How many shots to work on at a time; as many as there are cores if not given.
     scheduler
         The address of a Dask scheduler, such as tcp://10.0.0.7:8786: its workers do the work, not this machine.
+    missing
+        Pass over the shots whose motion file is there already.
     """
     from capture.errors import InputError
     from capture.fit import batch as captures
@@ -33,26 +42,40 @@ def batch(*shots: Path, out: Out = None, jobs: int | None = None, scheduler: str
     if jobs is not None and jobs < 1:
         raise InputError(f"--jobs must be at least 1 shot at a time, got {jobs}")
     targets = _targets(given_files(shots), out)
+    there = [target for target in targets if missing and target.exists()]
+    targets = {target: shot for target, shot in targets.items() if target not in there}
+    passed_over = f", {len(there)} passed over whose motion is there" if there else ""
+    if not targets:
+        return f"no shot left to capture{passed_over}"
     names = {captures.Job(os.path.abspath(shot), os.path.abspath(target)): shot for target, shot in targets.items()}
     at_once = min(captures.cores() if jobs is None else jobs, len(names))
     # a bar takes what is printed above it along to its own stream, which is right on a terminal only
     stream = None if sys.stdout.isatty() else sys.stdout
-    failed = []
-    with _executors(at_once, scheduler) as (executor, afresh):
-        if out is not None:
-            folder_at(out)
-        found = captures.run(list(names), executor, afresh=afresh, at_once=1 if scheduler else at_once)
-        for outcome in captures.in_order(list(names), progress(found, "shots", len(names))):
-            shot = names[outcome.job]
-            for note in outcome.notes:
-                print(f"tooncap: {shot}: {note}", file=sys.stderr)
-            print(f"{shot}: {'' if outcome.captured else 'failed: '}{outcome.said}", file=stream, flush=True)
-            if not outcome.captured:
-                failed.append(shot.name)
-    said = f"{len(names) - len(failed)} of {len(names)} shots captured"
+    try:
+        with _executors(at_once, scheduler) as (executor, afresh):
+            if out is not None:
+                folder_at(out)
+            found = captures.run(list(names), executor, afresh=afresh, at_once=1 if scheduler else at_once)
+            outcomes = captures.in_order(list(names), progress(found, "shots", len(names)))
+            failed = [shot.name for shot, captured in _told(outcomes, names, stream) if not captured]
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("interrupted; the same command with --missing captures what is left") from None
+    said = f"{len(names) - len(failed)} of {len(names)} shots captured{passed_over}"
     if failed:
         raise Failed(f"{said}, {len(failed)} failed: {', '.join(failed)}")
     return said
+
+
+def _told(
+    outcomes: "Iterator[Outcome]", names: "dict[Job, Path]", stream: TextIO | None
+) -> Iterator[tuple[Path, bool]]:
+    """Print a line for each shot; yields the shot, and whether it was captured."""
+    for outcome in outcomes:
+        shot = names[outcome.job]
+        for note in outcome.notes:
+            print(f"tooncap: {shot}: {note}", file=sys.stderr)
+        print(f"{shot}: {'' if outcome.captured else 'failed: '}{outcome.said}", file=stream, flush=True)
+        yield shot, outcome.captured
 
 
 def _targets(shots: list[Path], folder: Path | None) -> dict[Path, Path]:
@@ -74,7 +97,7 @@ def _targets(shots: list[Path], folder: Path | None) -> dict[Path, Path]:
 
 
 @contextmanager
-def _executors(at_once: int, scheduler: str | None) -> Iterator[tuple[Executor, Callable[[], Executor] | None]]:
+def _executors(at_once: int, scheduler: str | None) -> "Iterator[tuple[Executor, Callable[[], Executor] | None]]":
     """What the shots go through, and what opens another such for those whose worker died."""
     from capture.fit import batch as captures
 

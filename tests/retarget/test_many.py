@@ -1,11 +1,13 @@
 """`tooncap batch`: a line for each shot in the order given, and what fails does not stop the rest."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from capture.fit import batch
 from capture.motion import tracks
 from capture.pictures.clip import clip_of
 from fixtures import ball, write
@@ -24,6 +26,12 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture
+def threads(monkeypatch: pytest.MonkeyPatch):
+    """Threads in the place of processes, which take seconds to begin."""
+    monkeypatch.setattr(batch, "processes", ThreadPoolExecutor)
+
+
 def refused(capsys: pytest.CaptureFixture, folder: Path, *words: object) -> str:
     """Run the command, which must refuse in one sentence and leave the folder as it was; returns the sentence."""
     before = sorted(folder.rglob("*"))
@@ -34,7 +42,7 @@ def refused(capsys: pytest.CaptureFixture, folder: Path, *words: object) -> str:
     return said.err
 
 
-def test_every_shot_gets_its_motion_and_its_line(drawn, capsys):
+def test_every_shot_gets_its_motion_and_its_line(drawn, threads, capsys):
     shots = [drawn / "skip.shot.toml", drawn / "hop.shot.toml"]
     assert main(["batch", *map(str, shots)]) == 0
     skip, hop, closing = capsys.readouterr().out.splitlines()
@@ -57,6 +65,37 @@ def test_a_shot_that_fails_is_told_and_the_exit_code_says_so(where, drawn, tmp_p
     assert hop.startswith("hop.shot.toml: 1 part") and skip.startswith("skip.shot.toml: 1 part")
     assert said.err == "tooncap: 2 of 3 shots captured, 1 failed: gone.shot.toml\n"
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["hop.motion.json", "skip.motion.json"]
+
+
+def test_an_interrupted_batch_says_how_to_go_on_and_passes_over_what_is_there(
+    drawn, threads, tmp_path, capsys, monkeypatch
+):
+    words = [
+        "batch",
+        *(str(drawn / f"{name}.shot.toml") for name in ("hop", "skip")),
+        "--jobs",
+        "1",
+        "-o",
+        str(tmp_path),
+    ]
+
+    def one_and_no_more(jobs, executor, **_):
+        yield batch.attempt(batch.capture, jobs[0])
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(batch, "run", one_and_no_more)
+        assert main(words) == 130
+    said = capsys.readouterr()
+    assert said.err == "tooncap: interrupted; the same command with --missing captures what is left\n"
+    (tmp_path / "hop.motion.json").write_text("as it was")
+    assert main([*words, "--missing"]) == 0
+    line, closing = capsys.readouterr().out.splitlines()
+    assert line.startswith(f"{drawn / 'skip.shot.toml'}: 1 part")
+    assert closing == "1 of 1 shots captured, 1 passed over whose motion is there"
+    assert (tmp_path / "hop.motion.json").read_text() == "as it was"
+    assert main([*words, "--missing"]) == 0
+    assert capsys.readouterr().out == "no shot left to capture, 2 passed over whose motion is there\n"
 
 
 def test_two_shots_that_would_write_one_file_are_refused_before_anything_runs(drawn, tmp_path, capsys):
