@@ -19,8 +19,15 @@ from concurrent.futures import (
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from capture.errors import InputError
+
+if TYPE_CHECKING:
+    from capture.motion.tracks import CartoonMotion
+    from capture.pictures.clip import Clip
+    from capture.pictures.shot import Shot
 
 
 @dataclass(frozen=True)
@@ -52,9 +59,21 @@ def capture(job: Job) -> Outcome:
 
     shot = read_shot(job.shot)
     clip = video.open_clip(shot)
-    motion = video.capture(shot, clip)
-    tracks.save(motion, job.out)
+    motion = capture_to(Path(job.out), shot, clip)
     return Outcome(job, True, tracks.summary(motion, shot.start), clip.notes)
+
+
+def capture_to(out: Path, shot: "Shot", clip: "Clip") -> "CartoonMotion":
+    """Capture a shot and save its motion; after an interrupt the same call goes on from where it was.
+
+    What is done is kept meanwhile in a file beside `out`, named like it with ".part" added.
+    """
+    from capture.fit import video
+    from capture.motion import tracks
+
+    motion = video.capture(shot, clip, keep=out.with_name(out.name + ".part"))
+    tracks.save(motion, out)
+    return motion
 
 
 def run(

@@ -96,6 +96,8 @@ def capture(
 ) -> str:
     """Capture the motion of a shot, or straight of a clip with --box or --color.
 
+    A capture that was interrupted goes on from where it was when the same command is given again.
+
     Parameters
     ----------
     source
@@ -119,15 +121,14 @@ def capture(
     tile
         WIDTH HEIGHT of a sprite sheet's tiles.
     """
-    from capture.fit import video
+    from capture.fit import batch, video
     from capture.motion import tracks
     from capture.pictures.shot import write_shot
 
     shot = shot_of(source, name, box, color, frame, start, stop, fps, tile)
     out = out or Path(stem(source) + ".motion.json")
     clip = told(video.open_clip(shot))
-    motion = video.capture(shot, clip)
-    tracks.save(motion, out)
+    motion = batch.capture_to(out, shot, clip)
     said = f"{out}: {tracks.summary(motion, shot.start)}"
     if not source.name.endswith(".toml"):
         beside = out.with_name(stem(out) + ".shot.toml")

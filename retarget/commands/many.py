@@ -59,7 +59,7 @@ def batch(
             outcomes = captures.in_order(list(names), progress(found, "shots", len(names)))
             failed = [shot.name for shot, captured in _told(outcomes, names, stream) if not captured]
     except KeyboardInterrupt:
-        raise KeyboardInterrupt("interrupted; the same command with --missing captures what is left") from None
+        raise KeyboardInterrupt("interrupted; the same command with --missing goes on from where it was") from None
     said = f"{len(names) - len(failed)} of {len(names)} shots captured{passed_over}"
     if failed:
         raise Failed(f"{said}, {len(failed)} failed: {', '.join(failed)}")

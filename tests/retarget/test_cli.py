@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from capture.motion import tracks
+from capture.pictures import clip as clip_module
 from capture.pictures.clip import clip_of
 from capture.pictures.contours import make, write_contours
 from capture.pictures.decode import read_clip
@@ -269,6 +270,29 @@ def test_an_interrupt_is_told_in_one_sentence(short: Path, tmp_path: Path, capsy
     monkeypatch.setattr(tracks, "save", interrupted)
     assert main(["capture", str(short / "ball.shot.toml"), "-o", str(tmp_path / "a.motion.json")]) == 130
     assert capsys.readouterr().err == f"tooncap: {said or 'interrupted; nothing half-written is left'}\n"
+
+
+def test_an_interrupted_capture_goes_on_from_where_it_was(short: Path, tmp_path: Path, capsys, monkeypatch):
+    command = ["capture", str(short / "ball.shot.toml"), "-o", str(tmp_path / "a.motion.json")]
+    seen: list[int] = []
+    look = clip_module.Clip.__getitem__
+
+    def looked(clip, t):
+        seen.append(t)
+        if len(seen) == 6:
+            raise KeyboardInterrupt
+        return look(clip, t)
+
+    monkeypatch.setattr(clip_module.Clip, "__getitem__", looked)
+    assert main(command) == 130
+    assert "the same command again" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["a.motion.json.part"]
+    assert main(command) == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["a.motion.json"]
+    assert np.array_equal(
+        tracks.load(tmp_path / "a.motion.json").tracks[0].affine,
+        tracks.load(short / "ball.motion.json").tracks[0].affine,
+    )
 
 
 def test_the_help_is_quick_and_names_every_command():

@@ -87,7 +87,7 @@ def test_an_interrupted_batch_says_how_to_go_on_and_passes_over_what_is_there(
         patch.setattr(batch, "run", one_and_no_more)
         assert main(words) == 130
     said = capsys.readouterr()
-    assert said.err == "tooncap: interrupted; the same command with --missing captures what is left\n"
+    assert said.err == "tooncap: interrupted; the same command with --missing goes on from where it was\n"
     (tmp_path / "hop.motion.json").write_text("as it was")
     assert main([*words, "--missing"]) == 0
     line, closing = capsys.readouterr().out.splitlines()
