@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from capture.pictures.shot import Shot
 
 Out = Annotated[Path | None, Parameter(name=["--out", "-o"])]
+Device = Literal["auto", "cpu", "cuda"]
 
 
 class Failed(Exception):
@@ -64,6 +65,16 @@ def stem(path: Path) -> str:
     """A file's name without what says its kind: hop.shot.toml, hop.motion.json and hop.mp4 are hop."""
     kinds = (".shot.toml", ".motion.json", ".toml", ".json")
     return next((path.name.removesuffix(kind) for kind in kinds if path.name.endswith(kind)), path.stem)
+
+
+def device_needs_refine(refine: bool, device: Device) -> None:
+    """Refuse a device that nothing would be done on: capture itself takes none."""
+    from capture.errors import InputError
+
+    if device != "auto" and not refine:
+        raise InputError(
+            f"--device says where to refine, and nothing is to be refined: add --refine, or leave {device} out"
+        )
 
 
 def given_files(paths: tuple[Path, ...]) -> list[Path]:

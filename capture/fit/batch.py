@@ -36,6 +36,8 @@ class Job:
 
     shot: str
     out: str
+    refined: bool = False  # whether the whole clip is refined at once after capture
+    device: str = "auto"  # where that is done: auto, cpu or cuda
 
 
 @dataclass(frozen=True)
@@ -59,19 +61,26 @@ def capture(job: Job) -> Outcome:
 
     shot = read_shot(job.shot)
     clip = video.open_clip(shot)
-    motion = capture_to(Path(job.out), shot, clip)
+    motion = capture_to(Path(job.out), shot, clip, job.refined, job.device)
     return Outcome(job, True, tracks.summary(motion, shot.start), clip.notes)
 
 
-def capture_to(out: Path, shot: "Shot", clip: "Clip") -> "CartoonMotion":
-    """Capture a shot and save its motion; after an interrupt the same call goes on from where it was.
+def capture_to(out: Path, shot: "Shot", clip: "Clip", refined: bool = False, device: str = "auto") -> "CartoonMotion":
+    """Capture a shot and save its motion, refined over the whole clip at once where that is asked for.
 
-    What is done is kept meanwhile in a file beside `out`, named like it with ".part" added.
+    After an interrupt the same call goes on from where the capture was: what is done is kept meanwhile in a file
+    beside `out`, named like it with ".part" added.
     """
     from capture.fit import video
     from capture.motion import tracks
 
+    if refined:
+        from capture.fit import refine
+
+        device = refine.device_of(device)  # refused now, if it must be, and not after the capture
     motion = video.capture(shot, clip, keep=out.with_name(out.name + ".part"))
+    if refined:
+        motion = refine.refine(motion, shot, clip, device)
     tracks.save(motion, out)
     return motion
 

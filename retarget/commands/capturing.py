@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from retarget.console import Out, shot_of, stem, told
+from retarget.console import Device, Out, device_needs_refine, shot_of, stem, told
 
 
 def suggest(
@@ -93,6 +93,8 @@ def capture(
     stop: int | None = None,
     fps: float | None = None,
     tile: tuple[int, int] | None = None,
+    refine: bool = False,
+    device: Device = "auto",
 ) -> str:
     """Capture the motion of a shot, or straight of a clip with --box or --color.
 
@@ -120,15 +122,20 @@ def capture(
         Frames a second, for pictures that carry no time.
     tile
         WIDTH HEIGHT of a sprite sheet's tiles.
+    refine
+        Refine all frames at once after capture: less jitter, and short gaps are bridged (extra torch).
+    device
+        Where to refine; auto takes a graphics card if there is one.
     """
     from capture.fit import batch, video
     from capture.motion import tracks
     from capture.pictures.shot import write_shot
 
     shot = shot_of(source, name, box, color, frame, start, stop, fps, tile)
+    device_needs_refine(refine, device)
     out = out or Path(stem(source) + ".motion.json")
     clip = told(video.open_clip(shot))
-    motion = batch.capture_to(out, shot, clip)
+    motion = batch.capture_to(out, shot, clip, refine, device)
     said = f"{out}: {tracks.summary(motion, shot.start)}"
     if not source.name.endswith(".toml"):
         beside = out.with_name(stem(out) + ".shot.toml")

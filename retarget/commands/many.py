@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from retarget.console import Failed, Out, folder_at, given_files, stem
+from retarget.console import Device, Failed, Out, device_needs_refine, folder_at, given_files, stem
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -16,7 +16,13 @@ if TYPE_CHECKING:
 
 
 def batch(
-    *shots: Path, out: Out = None, jobs: int | None = None, scheduler: str | None = None, missing: bool = False
+    *shots: Path,
+    out: Out = None,
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    missing: bool = False,
+    refine: bool = False,
+    device: Device = "auto",
 ) -> str:
     """Capture many shots side by side; one that fails is told, and does not stop the rest.
 
@@ -32,6 +38,10 @@ def batch(
         The address of a Dask scheduler, such as tcp://10.0.0.7:8786: its workers do the work, not this machine.
     missing
         Pass over the shots whose motion file is there already.
+    refine
+        Refine all frames at once after capture: less jitter, and short gaps are bridged (extra torch).
+    device
+        Where to refine; auto takes a graphics card if there is one.
     """
     from capture.errors import InputError
     from capture.fit import batch as captures
@@ -41,13 +51,17 @@ def batch(
         raise InputError("--jobs is for this machine and a scheduler has workers of its own: leave one of the two out")
     if jobs is not None and jobs < 1:
         raise InputError(f"--jobs must be at least 1 shot at a time, got {jobs}")
+    device_needs_refine(refine, device)
     targets = _targets(given_files(shots), out)
     there = [target for target in targets if missing and target.exists()]
     targets = {target: shot for target, shot in targets.items() if target not in there}
     passed_over = f", {len(there)} passed over whose motion is there" if there else ""
     if not targets:
         return f"no shot left to capture{passed_over}"
-    names = {captures.Job(os.path.abspath(shot), os.path.abspath(target)): shot for target, shot in targets.items()}
+    names = {
+        captures.Job(os.path.abspath(shot), os.path.abspath(target), refine, device): shot
+        for target, shot in targets.items()
+    }
     at_once = min(captures.cores() if jobs is None else jobs, len(names))
     # a bar takes what is printed above it along to its own stream, which is right on a terminal only
     stream = None if sys.stdout.isatty() else sys.stdout
