@@ -52,6 +52,12 @@ def working(label: str) -> Iterator[None]:
             yield
 
 
+def silence() -> None:
+    """Show nothing in this process from now on: the terminal belongs to the process that began it."""
+    global _shown
+    _shown = True
+
+
 @contextmanager
 def _terminal() -> Iterator[Any]:
     """The terminal, if there is one and nothing is shown on it yet."""

@@ -3,7 +3,8 @@
 import pytest
 from rich.console import Console
 
-from capture.progress import progress, working
+from capture import progress as shown
+from capture.progress import progress, silence, working
 
 
 @pytest.fixture
@@ -39,3 +40,12 @@ def test_a_total_may_grow_and_a_part_may_have_been_done_before(terminal, monkeyp
         if n == 2:
             total[0] = 9
     assert "7/9" in capsys.readouterr().err
+
+
+def test_a_silenced_process_shows_nothing_any_more(terminal, capsys, monkeypatch):
+    monkeypatch.setattr(shown, "_shown", False)  # and what it was comes back after the test
+    silence()
+    assert list(progress(range(3), "numbers", 3)) == [0, 1, 2]
+    with working("thinking"):
+        pass
+    assert capsys.readouterr().err == ""
