@@ -16,6 +16,7 @@ from capture.errors import InputError
 from capture.fit import contour, video
 from capture.fit.pixels import model as models
 from capture.fit.pixels.model import PartModel
+from capture.fit.shapes import weights as key_weights
 from capture.fit.whole import in_time
 from capture.fit.whole.course import Course, course_of, mode_precision, placed_of
 from capture.fit.whole.descend import Look, descend
@@ -35,13 +36,13 @@ SEARCHED = 2  # the level from which a drawing that was bridged descends
 
 
 def refine(
-    motion: CartoonMotion, shot: Shot, clip: Clip | None = None, device: str = "auto", loose: float = 0.3
+    motion: CartoonMotion, shot: Shot, clip: Clip | None = None, device: str = "auto", loose: float = 0.5
 ) -> CartoonMotion:
     """Refine what `video.capture` found in the same shot; parts, keys and held drawings stay as they are.
 
     `device` is auto, cpu or cuda.  A part hidden for no more than half a second is bridged: its frames stay marked as
     not visible, but no longer hold the last pose.  `loose` says how many pixels of misfit are worth a weight of 1 on
-    rows beside the three of eq. 7: with 0 there are three, as in the paper, and some jitter from changes between threes.
+    rows beside the three of eq. 7: with 0 there are three, as in the paper, and jitter where one three follows another.
     """
     from threadpoolctl import threadpool_limits
 
@@ -170,23 +171,15 @@ def _loosened(
 ) -> tuple[NDArray, NDArray]:
     """Maps and weights that come nearer to the tracked shapes (G, N, d) with a little of all rows.
 
-    Three rows at a time jump from one three to the next, by up to half a pixel.  What they leave is spread over all rows
-    by ridge regression: `loose` pixels of misfit against a weight of 1.
+    Three rows at a time jump from one three to the next, by up to half a pixel.  What they leave is spread over all
+    rows by ridge regression: `loose` pixels of misfit against a weight of 1.
     """
     shapes = keys.shapes(keyset)
     count, points = shapes.shape[:2]
-    flat, sparse = shapes.reshape(count, -1), weights
-    ridge = points * loose**2
-    system = np.zeros((count + 1, count + 1))  # the last row and column: weights sum to 1
-    system[:count, :count] = flat @ flat.T + ridge * np.eye(count)
-    system[count, :count] = system[:count, count] = 1
+    ridge = loose * np.sqrt(points) * np.eye(count)  # as coordinates of their own, in which rows have nothing in common
+    wide, sparse = np.hstack([shapes.reshape(count, -1), ridge]), weights
     for _ in range(rounds):
         level = affine.apply(affine.invert(placed), tracked).reshape(len(tracked), -1)
-        right = np.vstack([flat @ level.T + ridge * sparse.T, np.ones(len(tracked))])
-        change = np.linalg.solve(system, right)[:count].T - sparse
-        low, high = contour.BOUNDS
-        room = np.where(change > 0, high - sparse, low - sparse) / np.where(change == 0, np.inf, change)
-        room = np.where(change == 0, 1, room).min(axis=1, keepdims=True)
-        weights = sparse + np.clip(room, 0, 1) * change
+        weights = key_weights.fit_dense(np.hstack([level, sparse @ ridge]), wide, contour.BOUNDS)
         placed = keys.against(np.tensordot(weights, shapes, axes=1), tracked, keyset.keeps_stretch)
     return placed, weights

@@ -1,4 +1,4 @@
-"""What pictures say of many drawings at once: robust Gauss-Newton descent in batches (Bregler et al. 2002, eqs. 2, 8-13).
+"""What pictures say of many drawings at once: robust Gauss-Newton in batches (Bregler et al. 2002, eqs. 2, 8-13).
 
 The fine fit of `track_shape`, for B drawings side by side on a processor or a graphics card.  Beside the pose at
 which a drawing's descent ends it tells how firmly the picture holds it there.  Pictures are sampled in

@@ -1,6 +1,6 @@
 """Pictures of a part side by side: the layers of many drawings on canvases of one size."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -34,7 +34,7 @@ class Stack:
     origins: NDArray  # (B, 2) the full-size pixel of each canvas's first pixel
 
 
-def stacks(model: PartModel, clip: Clip, course: Course, start: int, covers: Covers):
+def stacks(model: PartModel, clip: Clip, course: Course, start: int, covers: Covers) -> Iterator[Stack]:
     """Yield the course's drawings a stack at a time, from drawing `start` on and then back from it.
 
     The colours are those of drawing `start` and follow the clip slowly either way, as they do in the capture.
