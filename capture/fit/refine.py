@@ -6,7 +6,7 @@ pictures' noise allows; drawings in which a part is hidden are bridged by what c
 frame by frame and names the temporal prior as future work.
 """
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -28,7 +28,9 @@ from capture.pictures.clip import Clip
 from capture.pictures.shot import Shot
 from capture.progress import progress
 
-ROUNDS = 2  # of looking at the whole clip
+SECOND_LOOKS = 2  # at most
+DOUBTFUL = 0.7  # of the contrast that is found as a rule; below it a drawing is looked for from before and after
+COVERED = 0.95  # of it; below, what lies inside the outline and is not of the layer is looked at again
 FOUND = 0.25  # share of the template's contrast that must be found for a part to be in the picture
 BRIDGED = 0.5  # seconds a part may be hidden and its way still be told from before and after
 SURE = 0.1  # pixels to which a captured pose is taken at its word when others are bridged
@@ -55,9 +57,8 @@ def refine(
         )
     with threadpool_limits(1):  # matrices here are small: BLAS threads would only wait for each other
         learnt = [models.learn(part, clip, shot.start) for part in shot.parts]
-        courses = [_bridged(course_of(motion, model), model, clip.fps) for model in learnt]
-        names = ", ".join(model.part.name for model in learnt)
-        for number, _ in progress([(n, r) for r in range(ROUNDS) for n in range(len(learnt))], f"refining {names}"):
+        courses = [_bridged(course_of(motion, model), model, BRIDGED * clip.fps) for model in learnt]
+        for number in sorted(range(len(learnt)), key=lambda n: -learnt[n].part.order):  # what covers others comes first
             courses[number] = _refined(number, learnt, courses, clip, shot.start, device)
         tracks = [_as_track(motion, model, course, loose) for model, course in zip(learnt, courses)]
     return relative_to_parents(replace(motion, tracks=tuple(tracks)))
@@ -84,21 +85,46 @@ def _device(device: str) -> str:
 def _refined(
     number: int, learnt: list[PartModel], courses: list[Course], clip: Clip, begin: int, device: str
 ) -> Course:
-    """One part's course after another look at all its pictures."""
+    """One part's course after looks at all its pictures, and second looks at those that told too little."""
     model, course = learnt[number], courses[number]
+    prior, covers = mode_precision(model), _covers(number, learnt, courses)
     start = int(course.drawing[models.key_frames(model.part, clip, begin)[0]])
-    looks, numbers = [], []
-    for stack in stacks(model, clip, course, start, _covers(number, learnt, courses)):
+    look = _looked(model, clip, course, start, covers, np.ones(len(course.first), bool), device)
+    for _ in range(SECOND_LOOKS):
+        doubtful = look.found < DOUBTFUL * np.median(look.found[course.seen])
+        if not doubtful.any() or doubtful.all():
+            break
+        guess = _through_time(look, replace(course, seen=~doubtful), prior, np.inf)
+        again = _looked(model, clip, guess, start, covers, doubtful, device)
+        better = again.found > look.found
+        for whole, other in zip(look, again):
+            whole[better] = other[better]
+    covered = replace(course, unknowns=look.at, seen=look.found >= FOUND)
+    doubtful = covered.seen & (look.found < COVERED * np.median(look.found[covered.seen]))
+    if doubtful.any():
+        again = _looked(model, clip, covered, start, covers, doubtful, device)
+        for whole, other in zip(look, again):
+            whole[doubtful] = other[doubtful]
+    course = replace(course, seen=look.found >= FOUND, misfit=np.where(look.found >= FOUND, look.misfit, 0))
+    return _through_time(look, course, prior, BRIDGED * clip.fps)
+
+
+def _looked(
+    model: PartModel, clip: Clip, course: Course, start: int, covers: Covers, wanted: NDArray, device: str
+) -> Look:
+    """What the pictures of the `wanted` drawings (G,) say; of the others that nothing is found."""
+    count, size = course.unknowns.shape
+    nothing = np.zeros(count)
+    look = Look(course.unknowns.copy(), np.zeros((count, size, size)), np.zeros((count, size)), nothing, nothing.copy())
+    for stack in progress(stacks(model, clip, course, start, covers), f"refining {model.part.name}"):
         for sure in (True, False):
-            chosen = course.seen[stack.numbers] == sure
+            chosen = wanted[stack.numbers] & (course.seen[stack.numbers] == sure)
             if chosen.any():
                 some = only(stack, chosen)
-                looks.append(descend(model, some, course.unknowns[some.numbers], 0 if sure else SEARCHED, device))
-                numbers.append(some.numbers)
-    order = np.argsort(np.concatenate(numbers))
-    look = Look(*(np.concatenate([getattr(one, f.name) for one in looks])[order] for f in fields(Look)))
-    course = replace(course, seen=look.found >= FOUND, misfit=np.where(look.found >= FOUND, look.misfit, 0))
-    return _through_time(look, course, mode_precision(model), clip.fps)
+                said = descend(model, some, course.unknowns[some.numbers], 0 if sure else SEARCHED, device)
+                for whole, part in zip(look, said):
+                    whole[some.numbers] = part
+    return look
 
 
 def _covers(number: int, learnt: list[PartModel], courses: list[Course]) -> Covers:
@@ -117,20 +143,20 @@ def _covers(number: int, learnt: list[PartModel], courses: list[Course]) -> Cove
     return covers
 
 
-def _bridged(course: Course, model: PartModel, fps: float) -> Course:
+def _bridged(course: Course, model: PartModel, longest: float) -> Course:
     """A course as it was captured, those drawings bridged in which the part was not seen."""
     count, size = course.unknowns.shape
     firmly = np.tile(np.eye(size) / SURE**2, (count, 1, 1))
     look = Look(course.unknowns, firmly, np.zeros((count, size)), course.seen.astype(float), course.misfit)
-    return _through_time(look, course, mode_precision(model), fps)
+    return _through_time(look, course, mode_precision(model), longest)
 
 
-def _through_time(look: Look, course: Course, prior: NDArray, fps: float) -> Course:
-    """The course by its pictures and the temporal prior; where that cannot tell, the last pose is held."""
+def _through_time(look: Look, course: Course, prior: NDArray, longest: float) -> Course:
+    """The course by its pictures and the temporal prior; beyond gaps over `longest` frames the last pose is held."""
     unknowns = look.at.copy()
-    stretches = in_time.stretches(course.seen, course.middle, BRIDGED * fps)
+    stretches = in_time.stretches(course.seen, course.middle, longest)
     for stretch in stretches:
-        part = Look(*(getattr(look, f.name)[stretch] for f in fields(Look)))
+        part = Look(*(field[stretch] for field in look))
         unknowns[stretch] = in_time.settle(part, course.middle[stretch], prior, course.seen[stretch])
     for before, after in pairwise(stretches):
         unknowns[before.stop : after.start] = unknowns[before.stop - 1]

@@ -5,8 +5,7 @@ which a drawing's descent ends it tells how firmly the picture holds it there.  
 single precision, everything that is summed over pixels in double: both devices come to the same.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +23,7 @@ ALIKE_NOISE = 4 * np.pi  # pixels that share their noise after smoothing with si
 QUANTUM = 1.0  # grey levels: no picture is truer
 
 
-@dataclass(frozen=True, eq=False)
-class Look:
+class Look(NamedTuple):
     """What the pictures of G drawings say: half the squared misfit in units of its noise, to second order.
 
     At unknowns u that is  pull . (u - at) + 1/2 (u - at)' information (u - at)  and a constant.

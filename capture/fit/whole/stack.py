@@ -18,6 +18,7 @@ from capture.pictures.matte import ColorModel
 MARGIN = 32  # pixels round the outline
 PICTURES = 4  # of a held drawing are averaged: half the noise of one, at no more cost however long it is held
 SMEARED = 2  # pixels over which the smoothing carries what covers a layer
+DOUBT = 4  # pixels by which an outline may still be off where the layer is said to be covered
 LEVELS = 3  # from full size
 BYTES = 2**25  # of the full-size canvases that are looked at together
 
@@ -92,13 +93,19 @@ def _drawing(
         if course.seen[number]:
             colors = matte.adapt(colors, picture, alpha)
         free = np.ones(size[::-1], np.uint8)
+        if course.seen[number]:
+            # where the layer should be well inside but is not, something of another colour lies over it
+            free &= 1 - (cv2.erode(near, _brush(DOUBT)) & (alpha < 0.5))
         for cover in covers(int(shown[0])):
             free &= 1 - matte.fill(size, np.clip(cover - low, -1e4, 1e4))
         known[inner] = free
-    brush = np.ones((2 * SMEARED + 1, 2 * SMEARED + 1), np.uint8)
-    known = cv2.erode(known, brush, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    known = cv2.erode(known, _brush(SMEARED), borderType=cv2.BORDER_CONSTANT, borderValue=0)
     levels = min(LEVELS, model.view.levels)
     return layer.layer(composed, origin, model.view.ground, levels, model.view.flatness, known), colors
+
+
+def _brush(reach: int) -> NDArray:
+    return np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
 
 
 def _shown(course: Course, number: int) -> NDArray:
