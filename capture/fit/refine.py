@@ -91,11 +91,12 @@ def _refined(
     start = int(course.drawing[models.key_frames(model.part, clip, begin)[0]])
     look = _looked(model, clip, course, start, covers, np.ones(len(course.first), bool), device)
     for _ in range(SECOND_LOOKS):
-        doubtful = look.found < DOUBTFUL * np.median(look.found[course.seen])
-        if not doubtful.any() or doubtful.all():
+        share = look.found / np.median(look.found[course.seen])
+        wanted, sure = share < COVERED, share >= DOUBTFUL
+        if not wanted.any() or not sure.any():
             break
-        guess = _through_time(look, replace(course, seen=~doubtful), prior, np.inf)
-        again = _looked(model, clip, guess, start, covers, doubtful, device)
+        guess = _through_time(look, replace(course, seen=sure), prior, np.inf)
+        again = _looked(model, clip, replace(guess, seen=~wanted), start, covers, wanted, device)
         better = again.found > look.found
         for whole, other in zip(look, again):
             whole[better] = other[better]
