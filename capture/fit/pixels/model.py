@@ -45,7 +45,7 @@ def learn(part: Part, clip: Clip, first: int = 0) -> PartModel:
     pictures = [np.asarray(clip[frame])[..., :3] for frame in key_frames(part, clip, first)]
     seeds = seed(part, pictures)
     colors = matte.learn(seeds)
-    mattes = [matte.cut(colors, picture, s.inside) * s.limit for picture, s in zip(pictures, seeds)]
+    mattes = [matte.cut_key(colors, s) for s in seeds]
     outlines = part.outlines() if part.keys[0].outline else matte.trace(mattes[0], step=3.0)[None]
     keyset = keys.keyset(tuple(key.name for key in part.keys), outlines)
     ground = layer.mean_color(pictures[0], mattes[0])
