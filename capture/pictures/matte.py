@@ -45,10 +45,13 @@ def cut(
     if cv2.countNonZero(doubted) <= FOREIGN * cv2.countNonZero(near):
         return _soft(image, chance, layer)
     there = patches.moved(near, layer)
-    if slack is None:
+    trusted = slack is not None
+    if not trusted:
         slack = max(8.0, 0.08 * max(cv2.boundingRect(near)[2:]))
-    layer = patches.parted(image[..., :3], layer, doubted, there, slack)
-    return _soft(image, chance, layer, there)
+    parted = patches.parted(image[..., :3], layer, doubted, there, slack)
+    if not trusted and not too_much:
+        parted = patches.evident(image[..., :3], layer, parted)
+    return _soft(image, chance, parted, there)
 
 
 def cut_key(model: ColorModel, seed: Seed) -> NDArray:

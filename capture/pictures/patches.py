@@ -5,6 +5,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 STAYS = 0.15  # of its area: how much better the layer must fit at the farthest place than where it was
+EDGE = 24  # grey levels across a border: more than grain and codecs make
+NECK = 0.5  # of its size across: with less contact than that, a piece hangs on by a neck
 CONTEST = 3.0  # times the slack: how far round something foreign its border with the layer may lie
 SMALLEST = 0.05  # of the largest patch: smaller ones are grain, wherever they lie
 
@@ -113,6 +115,28 @@ def parted(image: NDArray, mask: NDArray, doubted: NDArray, near: NDArray, slack
     kept = np.zeros_like(whole)
     kept[box] = mask & (ours < theirs).astype(np.uint8)
     return kept
+
+
+def evident(image: NDArray, mask: NDArray, kept: NDArray) -> NDArray:
+    """`kept`, with those pieces of the mask (H, W) back that nothing in the picture parts from it.
+
+    A piece is something else if there is an edge along its border, or if it hangs on by a neck; a layer that has
+    grown has neither.
+    """
+    box = _box(mask & (1 - kept), 4)
+    lost, beside = (mask & (1 - kept))[box], cv2.dilate(kept[box], disc(2))
+    count, labels = cv2.connectedComponents(lost, connectivity=4, ltype=cv2.CV_16U)
+    if count < 2:
+        return kept
+    edge = cv2.morphologyEx(image[box], cv2.MORPH_GRADIENT, disc(2)).max(axis=-1)
+    border = labels * (beside & lost)
+    contact = np.bincount(border.ravel(), minlength=count)
+    sharp = np.bincount(border[edge > EDGE], minlength=count)
+    foreign = (sharp > 0.5 * contact) | (contact < NECK * np.sqrt(_sizes(labels, count)))
+    foreign[0] = True
+    back = kept.copy()
+    back[box] |= _chosen(labels, ~foreign)
+    return back
 
 
 def _distance_to(mask: NDArray) -> NDArray:
