@@ -56,7 +56,7 @@ def follow(part: Part, clip: Clip, first: int = 0, count: int | None = None) -> 
     picture = np.asarray(clip[shown])[..., :3]
     seed = models.seed(replace(part, keys=part.keys[:1]), [picture])[0]
     colors = matte.learn([seed])
-    start = _traced(matte.cut(colors, picture, seed.inside) * seed.limit, np.zeros(2), clip.size)
+    start = _traced(matte.cut_key(colors, seed), np.zeros(2), clip.size)
     forward = list(_run(part, colors, clip, range(shown, len(clip)), start))
     backward = list(_run(part, colors, clip, range(shown, -1, -1), start))[1:]
     frames = backward[::-1] + forward

@@ -62,7 +62,7 @@ def learn(part: Part, clip: Clip, first: int = 0, others: tuple[Part, ...] = ())
     covers = [covered(part, key.frame, others, clip.size) for key in part.keys]
     seeds = [_in_sight(one, cover.hidden) for one, cover in zip(inside, covers)]
     colors = matte.learn(seeds)
-    mattes = [matte.cut(colors, picture, s.inside) * s.limit for picture, s in zip(pictures, seeds)]
+    mattes = [matte.cut_key(colors, s) for s in seeds]
     if part.keys[0].outline:
         filled = [_filled(*four) for four in zip(pictures, mattes, part.outlines(), covers)]
         pictures, mattes = [picture for picture, _ in filled], [alpha for _, alpha in filled]
