@@ -48,6 +48,14 @@ class Layer:
         values, gx, gy = kernels.look_with_slopes(self.levels[level], (points - self.origin) / step, self.ground)
         return values, gx / step, gy / step
 
+    def affine_pass(
+        self, level: int, placed: NDArray, pixels: tuple[NDArray, ...], huber: float, gone: float
+    ) -> tuple[NDArray, NDArray, NDArray]:
+        """`kernels.affine_pass` for a map (2, 3) from key pixels to full-size pixels."""
+        inner = (placed - np.column_stack([np.zeros((2, 2)), self.origin])) / 2**level
+        known = None if self.known is None else self.known[level]
+        return kernels.affine_pass(self.levels[level], known, self.ground, inner, pixels, huber, gone)
+
 
 @dataclass(frozen=True, eq=False)
 class View:

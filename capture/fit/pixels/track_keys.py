@@ -99,7 +99,7 @@ def _descend(template: EigenTemplate, frame: Layer, first: NDArray, number: int)
         way = way - step
         moved = np.abs(step).max()
         if gone is None and moved < trust.NEAR * still and number <= trust.SHARPEST:
-            gone = trust.gone_at(left, known)
+            gone = trust.gone_at(trust.size_of(left), known)
         elif moved < still:
             break
     return placed, weights

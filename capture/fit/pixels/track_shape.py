@@ -93,7 +93,7 @@ def refine(
             at = affine.apply(placed, bent)
             moved = np.sqrt(np.mean((at - before) ** 2))
             if gone is None and moved < trust.NEAR * still and number <= trust.SHARPEST:
-                gone = trust.gone_at(difference, known)
+                gone = trust.gone_at(trust.size_of(difference), known)
             elif moved < still:
                 break
     return placed, alpha

@@ -44,8 +44,8 @@ def size_of(difference: NDArray) -> NDArray:
     return np.sqrt(np.einsum("pc,pc->p", difference, difference) / difference.shape[1])
 
 
-def gone_at(difference: NDArray, known: NDArray | None = None) -> float:
-    """The difference, in grey levels, from which on a pixel is somebody else's: nine times the usual, within bounds."""
-    size = size_of(difference if known is None else difference[known > 0.5])
+def gone_at(size: NDArray, known: NDArray | None = None) -> float:
+    """The size, in grey levels, from which on a pixel is somebody else's: nine times the usual (P,), within bounds."""
+    size = size if known is None else size[known > 0.5]
     usual = float(np.median(size)) if len(size) else 0.0
     return float(np.clip(9.0 * usual, LEAST, MOST))
