@@ -107,23 +107,21 @@ def layer(
 
     `known` (H, W) is 0 where something else covers the layer.
     """
-    smooth = cv2.GaussianBlur(composed, (0, 0), 1.0)
-    pyramid = [smooth]
+    pyramid = [cv2.GaussianBlur(composed, (0, 0), 1.0)]
     for _ in range(levels - 1):
         pyramid.append(cv2.pyrDown(pyramid[-1]))
-    finest = smooth.copy()
-    finest[..., 3] *= flatness
-    pyramid[0] = finest
+    pyramid[0][..., 3] *= flatness  # only now: the smaller ones keep it whole
     return Layer(tuple(pyramid), np.asarray(origin, float), np.append(ground, 0.0), _known_levels(known, levels))
 
 
 def _known_levels(known: NDArray | None, levels: int) -> tuple[NDArray, ...] | None:
+    """Smoothed and halved as the layer is; a pixel to which what is hidden adds a quarter or more does not count."""
     if known is None:
         return None
-    pyramid = [known.astype(np.float32)]
+    pyramid = [cv2.GaussianBlur(known.astype(np.float32), (0, 0), 1.0)]
     for _ in range(levels - 1):
         pyramid.append(cv2.pyrDown(pyramid[-1]))
-    return tuple(pyramid)
+    return tuple(np.clip(4 * share - 3, 0, 1) for share in pyramid)
 
 
 def mean_color(image: NDArray, matte: NDArray) -> NDArray:

@@ -86,7 +86,7 @@ def _descend(shape: Template, frame: Layer, first: NDArray, number: int) -> NDAr
     level, placed, gone = shape.levels[number], first, 0.0
     still = (0.02 if number == 0 else 0.1 * 2**number) / shape.scale
     pixels = level.points, level.local, level.values, *level.slopes
-    hold = trust.SLACK * level.normal
+    hold = trust.slack(number) * level.normal
     damped = hold + (1e-6 * np.trace(level.normal) + 1e-12) * np.eye(6)  # what no picture tells stays put
     way = np.zeros(6)  # from `first`, in the unknowns of a step
     for _ in range(25):

@@ -89,7 +89,7 @@ def _descend(template: EigenTemplate, frame: Layer, first: NDArray, number: int)
         weight = np.repeat(trust.weights(left, known, gone), left.shape[1]).astype(np.float32)
         weighted = level.both * weight[:, None]
         normal, right = (weighted.T @ level.both).astype(float), (difference.ravel() @ weighted).astype(float)
-        hold = trust.SLACK * level.normal
+        hold = trust.slack(number) * level.normal
         normal[:6, :6] += hold
         right[:6] += hold @ way
         normal[np.diag_indices_from(normal)] *= 1 + 1e-5
