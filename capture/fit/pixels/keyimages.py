@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit.pixels.layer import Layer, sample
+from capture.fit.pixels.layer import Layer
 from capture.motion import affine, keys
 from capture.motion.keys import KeySet
 
@@ -68,19 +68,6 @@ def mesh_map(points: NDArray, faces: NDArray, grid: Grid) -> MeshMap:
     return MeshMap(triangle, np.stack([1 - u - v, u, v], -1), np.stack([x, y], -1) - nearest)
 
 
-def row_images(pictures: list[NDArray], keyset: KeySet, shapes: NDArray, grid: Grid, ground: NDArray) -> NDArray:
-    """Pictures (D, H, W, 4) of all rows from the K composites of the key frames, each (H', W', 4)."""
-    count = len(pictures)
-    amount = keys.fold(keyset.rows, np.eye(len(keyset.rows)), count)  # (D, K)
-    images = np.zeros((len(shapes), *grid.shape, 4), np.float32)
-    for number, shape in enumerate(shapes):
-        place = mesh_map(shape, keyset.faces, grid)
-        for key in np.flatnonzero(amount[number] > 0):
-            pulled = pull(pictures[key], keyset.points[key], keyset.removed[key], place, ground)
-            images[number] += np.float32(amount[number, key]) * pulled
-    return images
-
-
 def row_layers(drawn: list[Layer], keyset: KeySet, shapes: NDArray, grid: Grid, finest: int = 0) -> list[Layer]:
     """The rows' pictures (D of them) as layers, from the K key frames' own: from level `finest` on, the others empty.
 
@@ -106,15 +93,6 @@ def row_layers(drawn: list[Layer], keyset: KeySet, shapes: NDArray, grid: Grid, 
     return layers
 
 
-def key_textures(pictures: list[NDArray], keyset: KeySet, place: MeshMap, ground: NDArray) -> NDArray:
-    """Every key's picture (K, H, W, 4) pulled into one shape, that of the mesh map."""
-    pulled = [
-        pull(picture, points, removed, place, ground)
-        for picture, points, removed in zip(pictures, keyset.points, keyset.removed)
-    ]
-    return np.stack(pulled)
-
-
 def pulled_layer(
     key: Layer, points: NDArray, removed: NDArray, place: MeshMap, origin: NDArray, finest: int = 0
 ) -> Layer:
@@ -131,17 +109,6 @@ def pulled_layer(
         values = key.sample(number, some.reshape(-1, 2))
         levels.append(np.ascontiguousarray(values.reshape(*some.shape[:2], -1)))
     return Layer(tuple(levels), np.asarray(origin, float), key.ground)
-
-
-def pull(picture: NDArray, points: NDArray, removed: NDArray, place: MeshMap, ground: NDArray) -> NDArray:
-    """A key frame's composite (H', W', 4) seen on the grid (H, W, 4), where the mesh has moved from `points` (N, 2).
-
-    Beyond the edge a pixel keeps its distance from the nearest point of the mesh, so that ink outside the
-    outline comes along.
-    """
-    at = affine.apply(removed, (place.carry(points) + place.beyond).reshape(-1, 2))
-    values = sample(picture, at.astype(np.float32), np.append(ground, 0.0))
-    return values.reshape(*place.beyond.shape[:2], -1)
 
 
 def _cross(a: NDArray, b: NDArray) -> NDArray:
