@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+NOWHERE = np.zeros((0, 0), np.float32)  # stands for a picture that is not given
 EXACT = {"reassoc", "contract", "nsz", "arcp"}  # sums may be reordered, but what is not a number stays one
 
 
@@ -21,14 +22,23 @@ def look_with_slopes(image: NDArray, at: NDArray, ground: NDArray) -> tuple[NDAr
     return _compiled(_look_with_slopes)(image, ground.astype(np.float32), np.ascontiguousarray(at, np.float32))
 
 
-def affine_sums(
-    points: NDArray, gx: NDArray, gy: NDArray, weight: NDArray, difference: NDArray
-) -> tuple[NDArray, NDArray]:
-    """H'WH (6, 6) and H'WZ (6,) of eq. 12, where the rows H are gx x, gx y, gy x, gy y, gx, gy (eq. 11).
+def affine_pass(
+    image: NDArray,
+    known: NDArray | None,
+    ground: NDArray,
+    placed: NDArray,
+    level: tuple[NDArray, NDArray, NDArray, NDArray, NDArray],
+    huber: float,
+    gone: float,
+) -> tuple[NDArray, NDArray, NDArray]:
+    """H'WH (6, 6) and H'WZ (6,) of eq. 12 in one pass, and how far every pixel differs (P,), root mean square.
 
-    Points (P, 2) are float32 about the centre and in units of the scale, slopes and difference (P, C), weight (P,).
+    `placed` (2, 3) leads the template's pixels to the image's own (H, W, 4) float32; a level is its points (P, 2), the
+    same about the centre in units of the scale, values, x- and y-slopes (P, 4).  Rows H are gx x, gx y, gy x, gy y, gx,
+    gy (eq. 11).  Weights are Huber's, or where `gone` is above 0 the biweight; what is not `known` (H, W) has none.
     """
-    return _compiled(_affine_sums)(points, gx, gy, weight, difference)
+    cover = NOWHERE if known is None else known
+    return _compiled(_affine_pass)(image, cover, ground.astype(np.float32), placed, *level, huber, gone)
 
 
 def bent_sums(
@@ -106,29 +116,57 @@ def _look_with_slopes(image, ground, at):  # noqa: ANN001, ANN202 - numba infers
     return values, gx, gy
 
 
-def _affine_sums(points, gx, gy, weight, difference):  # noqa: ANN001, ANN202 - numba infers the types
-    """Three products of slopes times the six monomials of x and y, then each in its places."""
+def _affine_pass(image, known, ground, placed, points, local, values, slopes_x, slopes_y, huber, gone):  # noqa: ANN001, ANN202
+    """Three products of slopes times the six monomials of x and y are summed, then each put in its places."""
+    one = np.float32(1)
+    height, width = image.shape[:2]
     sums = np.zeros((3, 6))  # xx, xy, yy times x x, x y, y y, x, y, 1
     right = np.zeros(6)
+    sizes = np.empty(len(points), np.float32)
+    rim = np.empty((2, 2, 4), np.float32)  # what lies round a pixel near the border
     for p in range(len(points)):
-        if weight[p] == 0:
-            continue
-        xx = xy = yy = bx = by = np.float32(0)
-        for c in range(4):
-            xx += gx[p, c] * gx[p, c]
-            xy += gx[p, c] * gy[p, c]
-            yy += gy[p, c] * gy[p, c]
-            bx += gx[p, c] * difference[p, c]
-            by += gy[p, c] * difference[p, c]
-        x, y, w = points[p, 0], points[p, 1], weight[p]
-        for k, product in enumerate((w * xx, w * xy, w * yy)):
+        x = np.float32(placed[0, 0] * points[p, 0] + placed[0, 1] * points[p, 1] + placed[0, 2])
+        y = np.float32(placed[1, 0] * points[p, 0] + placed[1, 1] * points[p, 1] + placed[1, 2])
+        inside = x > -1 and y > -1 and x < width and y < height
+        j, i = (int(np.floor(x)), int(np.floor(y))) if inside else (0, 0)
+        u, v = (x - np.float32(j), y - np.float32(i)) if inside else (one, one)
+        near, k, m, seen = image, i, j, one
+        if not inside or j < 0 or i < 0 or j > width - 2 or i > height - 2:
+            for row in range(2):
+                for column in range(2):
+                    beyond = not inside or i + row < 0 or j + column < 0 or i + row >= height or j + column >= width
+                    for n in range(4):
+                        rim[row, column, n] = ground[n] if beyond else image[i + row, j + column, n]
+            near, k, m = rim, 0, 0
+        elif known.size:
+            seen = (one - v) * ((one - u) * known[i, j] + u * known[i, j + 1])
+            seen += v * ((one - u) * known[i + 1, j] + u * known[i + 1, j + 1])
+        a, b, c, d = (one - u) * (one - v), u * (one - v), (one - u) * v, u * v
+        square = xx = xy = yy = bx = by = np.float32(0)
+        for n in range(4):
+            value = a * near[k, m, n] + b * near[k, m + 1, n] + c * near[k + 1, m, n] + d * near[k + 1, m + 1, n]
+            off, gx, gy = value - values[p, n], slopes_x[p, n], slopes_y[p, n]
+            square += off * off
+            xx += gx * gx
+            xy += gx * gy
+            yy += gy * gy
+            bx += gx * off
+            by += gy * off
+        size = np.sqrt(square / 4)
+        sizes[p] = size
+        if gone > 0:
+            weight = seen * max(one - (size / np.float32(gone)) ** 2, np.float32(0)) ** 2
+        else:
+            weight = seen * min(one, np.float32(huber) / max(size, np.float32(1e-9)))
+        x, y = local[p, 0], local[p, 1]
+        for k, product in enumerate((weight * xx, weight * xy, weight * yy)):
             sums[k, 0] += product * x * x
             sums[k, 1] += product * x * y
             sums[k, 2] += product * y * y
             sums[k, 3] += product * x
             sums[k, 4] += product * y
             sums[k, 5] += product
-        bx, by = w * bx, w * by
+        bx, by = weight * bx, weight * by
         right[0] += bx * x
         right[1] += bx * y
         right[2] += by * x
@@ -143,7 +181,7 @@ def _affine_sums(points, gx, gy, weight, difference):  # noqa: ANN001, ANN202 - 
             normal[place[0][i], place[0][j]] = sums[0, monomial[i][j]]
             normal[place[1][i], place[1][j]] = sums[2, monomial[i][j]]
             normal[place[0][i], place[1][j]] = normal[place[1][j], place[0][i]] = sums[1, monomial[i][j]]
-    return normal, right
+    return normal, right, sizes
 
 
 def _bent_rows(points, modes, linear, gx, gy, weight, difference):  # noqa: ANN001, ANN202 - numba infers the types

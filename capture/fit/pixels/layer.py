@@ -48,6 +48,14 @@ class Layer:
         values, gx, gy = kernels.look_with_slopes(self.levels[level], (points - self.origin) / step, self.ground)
         return values, gx / step, gy / step
 
+    def affine_pass(
+        self, level: int, placed: NDArray, pixels: tuple[NDArray, ...], huber: float, gone: float
+    ) -> tuple[NDArray, NDArray, NDArray]:
+        """`kernels.affine_pass` for a map (2, 3) from key pixels to full-size pixels."""
+        inner = (placed - np.column_stack([np.zeros((2, 2)), self.origin])) / 2**level
+        known = None if self.known is None else self.known[level]
+        return kernels.affine_pass(self.levels[level], known, self.ground, inner, pixels, huber, gone)
+
 
 @dataclass(frozen=True, eq=False)
 class View:
@@ -104,13 +112,17 @@ def layer(
     pyramid = [cv2.GaussianBlur(composed, (0, 0), 1.0)]
     for _ in range(levels - 1):
         pyramid.append(cv2.pyrDown(pyramid[-1]))
-    return Layer(_flattened(pyramid, flatness), np.asarray(origin, float), np.append(ground, 0.0))
+    pyramid[0][..., 3] *= flatness  # only now: the smaller ones keep it whole
+    return Layer(tuple(pyramid), np.asarray(origin, float), np.append(ground, 0.0))
 
 
 def _seen_in_part(
     composed: NDArray, origin: NDArray, ground: NDArray, levels: int, flatness: float, known: NDArray
 ) -> Layer:
-    """The same where some pixels are hidden: every smoothed pixel is the mean of those that are seen."""
+    """The same where some pixels are hidden: every smoothed pixel is the mean of those that are seen.
+
+    A pixel of which a quarter or more is hidden does not count all the same: it is the mean of one side only.
+    """
     seen = known.astype(np.float32)
     parts, shares = [cv2.GaussianBlur(composed * seen[..., None], (0, 0), 1.0)], [cv2.GaussianBlur(seen, (0, 0), 1.0)]
     for _ in range(levels - 1):
@@ -121,22 +133,9 @@ def _seen_in_part(
         np.where(share[..., None] > 0.01, part / np.maximum(share, 0.01)[..., None], beyond)
         for part, share in zip(parts, shares)
     ]
-    return Layer(_flattened(pyramid, flatness), np.asarray(origin, float), np.append(ground, 0.0), tuple(shares))
-
-
-def halved(known: NDArray, levels: int) -> tuple[NDArray, ...]:
-    """A map (H, W) of what can be seen, at all sizes."""
-    pyramid = [known.astype(np.float32)]
-    for _ in range(levels - 1):
-        pyramid.append(cv2.pyrDown(pyramid[-1]))
-    return tuple(pyramid)
-
-
-def _flattened(pyramid: list[NDArray], flatness: float) -> tuple[NDArray, ...]:
-    """The levels with alpha at full size counting by `flatness`."""
-    finest = pyramid[0].copy()
-    finest[..., 3] *= flatness
-    return (finest, *pyramid[1:])
+    pyramid[0][..., 3] *= flatness
+    counts = tuple(np.clip(4 * share - 3, 0, 1) for share in shares)
+    return Layer(tuple(pyramid), np.asarray(origin, float), np.append(ground, 0.0), counts)
 
 
 def mean_color(image: NDArray, matte: NDArray) -> NDArray:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.fit.pixels import keyimages, layer, track_affine, track_keys, track_shape
-from capture.fit.pixels.layer import Layer, View
+from capture.fit.pixels.layer import View
 from capture.fit.shapes.keyspace import KeySpace, extended_space, mix
 from capture.motion import affine, keys
 from capture.motion.keys import KeySet
@@ -154,17 +154,13 @@ def _known(part: Part, cover: Cover) -> NDArray | None:
 def _shape_model(keyset: KeySet, pictures: list[NDArray], mattes: list[NDArray], view: View) -> ShapeModel:
     shapes = keys.shapes(keyset)
     space = extended_space(shapes)
-    composites = [layer.composite(picture, alpha, view.ground) for picture, alpha in zip(pictures, mattes)]
-    grid = keyimages.grid_round(shapes)
-
-    def as_layer(composed: NDArray) -> Layer:
-        return layer.layer(composed, grid.origin, view.ground, view.levels, view.flatness)
-
-    outline = space.mean[keyset.outline]
-    images = keyimages.row_images(composites, keyset, shapes, grid, view.ground)
-    eigen = track_keys.eigen_template([as_layer(image) for image in images], outline, space)
-    place = keyimages.mesh_map(space.mean, keyset.faces, grid)
     drawn = [view.layer(picture, alpha, np.zeros(2)) for picture, alpha in zip(pictures, mattes)]
+    grid = keyimages.grid_round(shapes)
+    outline = space.mean[keyset.outline]
+    rough = min(track_keys.FINEST, view.levels - 1)
+    rows = keyimages.row_layers(drawn, keyset, shapes, grid, rough)
+    eigen = track_keys.eigen_template(rows, outline, space)
+    place = keyimages.mesh_map(space.mean, keyset.faces, grid)
     textures = [
         keyimages.pulled_layer(key, points, removed, place, grid.origin)
         for key, points, removed in zip(drawn, keyset.points, keyset.removed)

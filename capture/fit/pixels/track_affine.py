@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit.pixels import kernels, trust
+from capture.fit.pixels import trust
 from capture.fit.pixels.judge import Judgement, judge
 from capture.fit.pixels.layer import Layer, gradient, points_of
 from capture.motion import affine
@@ -53,8 +53,8 @@ def template(key: Layer, outline: NDArray, keep: float = 0.35) -> Template:
         points = points_of(number, image.shape, key.origin)[chosen]
         local = ((points - centre) / scale).astype(np.float32)
         slopes = gx[chosen], gy[chosen]
-        every = np.ones(len(points), np.float32)
-        normal = scale**2 * kernels.affine_sums(local, *slopes, every, 0 * slopes[0])[0]
+        rows = affine_slopes(*slopes, points, centre, scale).reshape(-1, 6)
+        normal = (rows.T @ rows).astype(float)
         levels.append(Level(points, image[chosen], local, slopes, normal, float(power[chosen].mean())))
     return Template(tuple(levels), centre, scale)
 
@@ -86,22 +86,20 @@ def align(shape: Template, frame: Layer, start: NDArray, coarsest: int | None = 
 
 def _descend(shape: Template, frame: Layer, first: NDArray, number: int) -> NDArray:
     """The map (2, 3) improved at one level, where it began as `first`."""
-    level, placed, gone = shape.levels[number], first, None
+    level, placed, gone = shape.levels[number], first, 0.0
     still = (0.02 if number == 0 else 0.1 * 2**number) / shape.scale
+    pixels = level.points, level.local, level.values, *level.slopes
+    hold = trust.slack(number) * level.normal
+    damped = hold + (1e-6 * np.trace(level.normal) + 1e-12) * np.eye(6)  # what no picture tells stays put
     way = np.zeros(6)  # from `first`, in the unknowns of a step
     for _ in range(25):
-        at = affine.apply(placed, level.points)
-        difference, known = frame.sample(number, at) - level.values, frame.sample_known(number, at)
-        weight = trust.weights(difference, known, gone)
-        normal, right = kernels.affine_sums(level.local, *level.slopes, weight, difference)
-        normal = shape.scale**2 * normal + trust.SLACK * level.normal
-        normal[np.diag_indices(6)] += 1e-6 * np.trace(level.normal) + 1e-12  # what no picture tells stays put
-        step = np.linalg.solve(normal, shape.scale * right + trust.SLACK * level.normal @ way)
+        normal, right, sizes = frame.affine_pass(number, placed, pixels, trust.HUBER, gone)
+        step = np.linalg.solve(shape.scale**2 * normal + damped, shape.scale * right + hold @ way)
         placed = affine.compose(placed, affine.invert(small_map(step, shape.centre, shape.scale)))
         way = way - step
         moved = np.abs(step).max()
-        if gone is None and moved < trust.NEAR * still and number <= trust.SHARPEST:
-            gone = trust.gone_at(difference, known)
+        if gone == 0 and moved < trust.NEAR * still and number <= trust.SHARPEST:
+            gone = trust.gone_at(sizes, frame.sample_known(number, affine.apply(placed, level.points)))
         elif moved < still:
             break
     return placed

@@ -17,6 +17,8 @@ from capture.fit.pixels.track_affine import affine_slopes, small_map, telling
 from capture.fit.shapes.keyspace import KeySpace
 from capture.motion import affine
 
+FINEST = 2  # the level down to which a frame is found by eigen-images; from there on the template is bent
+
 
 @dataclass(frozen=True, eq=False)
 class EigenLevel:
@@ -34,7 +36,7 @@ class EigenLevel:
 class EigenTemplate:
     """Eigen-images at several sizes; maps are measured about `centre` in units of `scale`."""
 
-    levels: tuple[EigenLevel, ...]
+    levels: tuple[EigenLevel | None, ...]  # None where the rows have no picture of that size
     centre: NDArray  # (2,)
     scale: float
 
@@ -45,6 +47,9 @@ def eigen_template(rows: list[Layer], outline: NDArray, space: KeySpace, most: i
     scale = 0.5 * float(np.ptp(outline, axis=0).max())
     levels = []
     for number in range(len(rows[0].levels)):
+        if not rows[0].levels[number].size:
+            levels.append(None)
+            continue
         stack = np.stack([row.levels[number] for row in rows])  # (D, h, w, C)
         mean = stack.mean(axis=0)
         gx, gy = gradient(mean, number)
@@ -60,10 +65,11 @@ def eigen_template(rows: list[Layer], outline: NDArray, space: KeySpace, most: i
     return EigenTemplate(tuple(levels), centre, scale)
 
 
-def acquire(template: EigenTemplate, frame: Layer, start: NDArray, finest: int = 2) -> tuple[NDArray, NDArray]:
+def acquire(template: EigenTemplate, frame: Layer, start: NDArray, finest: int = FINEST) -> tuple[NDArray, NDArray]:
     """The plain map (2, 3) and the mode weights (M,) of a frame, coarse to fine from `start`."""
     placed, weights = np.asarray(start, float), np.zeros(0)
-    finest = min(finest, len(template.levels) - 1)
+    made = [number for number, level in enumerate(template.levels) if level is not None]
+    finest = min(max(finest, made[0]), made[-1])
     for number in range(len(template.levels) - 1, finest - 1, -1):
         placed, weights = _descend(template, frame, placed, number)
     return placed, weights @ template.levels[finest].to_modes
@@ -83,7 +89,7 @@ def _descend(template: EigenTemplate, frame: Layer, first: NDArray, number: int)
         weight = np.repeat(trust.weights(left, known, gone), left.shape[1]).astype(np.float32)
         weighted = level.both * weight[:, None]
         normal, right = (weighted.T @ level.both).astype(float), (difference.ravel() @ weighted).astype(float)
-        hold = trust.SLACK * level.normal
+        hold = trust.slack(number) * level.normal
         normal[:6, :6] += hold
         right[:6] += hold @ way
         normal[np.diag_indices_from(normal)] *= 1 + 1e-5
@@ -93,7 +99,7 @@ def _descend(template: EigenTemplate, frame: Layer, first: NDArray, number: int)
         way = way - step
         moved = np.abs(step).max()
         if gone is None and moved < trust.NEAR * still and number <= trust.SHARPEST:
-            gone = trust.gone_at(left, known)
+            gone = trust.gone_at(trust.size_of(left), known)
         elif moved < still:
             break
     return placed, weights

@@ -79,7 +79,7 @@ def refine(
         level = template.levels[number]
         target = np.tensordot(amounts.astype(np.float32), level.textures, axes=1)
         still = 0.01 if number == 0 else 0.05 * 2**number  # pixels, root mean square
-        hold, first, gone = _hold(level, placed), placed, None
+        hold, first, gone = _hold(level, placed, number), placed, None
         bent = _bent(level, alpha)
         at = affine.apply(placed, bent)
         for _ in range(15):
@@ -93,7 +93,7 @@ def refine(
             at = affine.apply(placed, bent)
             moved = np.sqrt(np.mean((at - before) ** 2))
             if gone is None and moved < trust.NEAR * still and number <= trust.SHARPEST:
-                gone = trust.gone_at(difference, known)
+                gone = trust.gone_at(trust.size_of(difference), known)
             elif moved < still:
                 break
     return placed, alpha
@@ -151,7 +151,7 @@ def _moved(template: ShapeTemplate, placed: NDArray, alpha: NDArray, step: NDArr
     return placed + np.column_stack([linear, shift - linear @ template.centre]), alpha + step[6:]
 
 
-def _hold(level: ShapeLevel, placed: NDArray) -> NDArray:
+def _hold(level: ShapeLevel, placed: NDArray, number: int) -> NDArray:
     """The price (6 + L, 6 + L) of leaving the map a level began with: a small share of what all its pixels would say.
 
     The template's own normal matrix is carried to where the map has led it.  Modes have their own prior.
@@ -159,7 +159,7 @@ def _hold(level: ShapeLevel, placed: NDArray) -> NDArray:
     price, back = np.zeros_like(level.normal), np.linalg.pinv(placed[:, :2])
     turn = np.zeros((6, 6))
     turn[:4, :4], turn[4:, 4:] = np.kron(back, np.eye(2)), back
-    price[:6, :6] = trust.SLACK * turn.T @ level.normal[:6, :6] @ turn
+    price[:6, :6] = trust.slack(number) * turn.T @ level.normal[:6, :6] @ turn
     return price
 
 

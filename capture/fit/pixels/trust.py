@@ -11,7 +11,7 @@ HUBER = 20.0  # grey levels; larger differences count linearly: they may be some
 SHARPEST = 2  # the coarsest level on which a pixel may lose its weight altogether
 NEAR = 8.0  # times the step at which a level counts as done: from there on pixels may lose their weight
 LEAST, MOST = 30.0, 120.0  # grey levels at which a pixel's weight is gone, in a calm picture and in a poor one
-SLACK = 0.003  # price of leaving a level's start, against what all pixels together would say
+FINE, COARSE = 0.001, 0.1  # price of leaving a level's start, against what all pixels together would say
 
 
 def weights(difference: NDArray, known: NDArray | None = None, gone: float | None = None) -> NDArray:
@@ -21,6 +21,11 @@ def weights(difference: NDArray, known: NDArray | None = None, gone: float | Non
     """
     weight = huber(difference) if gone is None else biweight(difference, gone)
     return weight if known is None else weight * known
+
+
+def slack(level: int) -> float:
+    """The price of leaving a level's start: four times as dear at every smaller size, for its pixels are fewer."""
+    return min(FINE * 4**level, COARSE)
 
 
 def mean_square(difference: NDArray, weight: NDArray) -> float:
@@ -44,8 +49,8 @@ def size_of(difference: NDArray) -> NDArray:
     return np.sqrt(np.einsum("pc,pc->p", difference, difference) / difference.shape[1])
 
 
-def gone_at(difference: NDArray, known: NDArray | None = None) -> float:
-    """The difference, in grey levels, from which on a pixel is somebody else's: nine times the usual, within bounds."""
-    size = size_of(difference if known is None else difference[known > 0.5])
+def gone_at(size: NDArray, known: NDArray | None = None) -> float:
+    """The size, in grey levels, from which on a pixel is somebody else's: nine times the usual (P,), within bounds."""
+    size = size if known is None else size[known > 0.5]
     usual = float(np.median(size)) if len(size) else 0.0
     return float(np.clip(9.0 * usual, LEAST, MOST))
