@@ -55,7 +55,7 @@ class Keep:
                 f"{self.path} is left from another shot, clip or version and is not used: starting from the beginning"
             )
         else:
-            _tell(f"{self.path} is left from a capture that was interrupted: {self._where(state)}")
+            _tell(f"{self.path} is left from a capture that was interrupted: this one {self._where(state)}")
         return state
 
     def remove(self) -> None:
@@ -64,11 +64,10 @@ class Keep:
 
     def goes_on(self, state: Any) -> str:
         """What to tell somebody who interrupts."""
-        return f"interrupted, and kept in {self.path}; the same command again is {self._where(state)}"
+        return f"interrupted; what is done is kept in {self.path}: the same command again {self._where(state)}"
 
     def _where(self, state: Any) -> str:
-        way = "back" if state.back else "on"
-        return f"going {way} from frame {state.frame + self.first}"
+        return f"goes {'back' if state.back else 'on'} from frame {state.frame + self.first}"
 
 
 def keep_of(path: str | Path, shot: Shot, clip: Clip) -> Keep:
