@@ -48,7 +48,7 @@ class Keep:
                 tree = json.loads(stored["tree"].tobytes())
                 fits = tree["fits"] == self.fits
                 state = _built(tree["state"], known, stored, {}) if fits else None
-        except (OSError, EOFError, LookupError, TypeError, ValueError, AttributeError, zipfile.BadZipFile):
+        except (OSError, EOFError, ImportError, LookupError, TypeError, ValueError, AttributeError, zipfile.BadZipFile):
             state = None
         if state is None:
             _tell(
@@ -67,6 +67,8 @@ class Keep:
         return f"interrupted; what is done is kept in {self.path}: the same command again {self._where(state)}"
 
     def _where(self, state: Any) -> str:
+        if state.frame < 0:
+            return "has all frames and needs only its weights"
         return f"goes {'back' if state.back else 'on'} from frame {state.frame + self.first}"
 
 

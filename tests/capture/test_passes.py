@@ -186,6 +186,17 @@ def test_wherever_it_is_interrupted_it_goes_on_to_the_same_poses(tracker, tmp_pa
     assert "is left from a capture that was interrupted: this one goes" in capsys.readouterr().err
 
 
+def test_when_all_frames_are_done_nothing_is_looked_at_again(tracker, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(passes, "KEPT_EVERY", 0)
+    tracker.way = {"box": 3.0 * np.arange(9)}
+    keep, learnt = Keep(tmp_path / "x.part", "the same"), [part()]
+    _, found = gone_through(tracker.way, {"box": [4]}, keep, learnt)
+    tracker.asked.clear()
+    _, again = gone_through(tracker.way, {"box": [4]}, keep, learnt)
+    assert tracker.asked == [] and np.array_equal(found["box"], again["box"])
+    assert "this one has all frames" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("way", "key_frames", "totals"),
     [
