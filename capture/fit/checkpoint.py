@@ -48,14 +48,14 @@ class Keep:
                 tree = json.loads(stored["tree"].tobytes())
                 fits = tree["fits"] == self.fits
                 state = _built(tree["state"], known, stored, {}) if fits else None
-        except (OSError, EOFError, LookupError, TypeError, ValueError, AttributeError, zipfile.BadZipFile):
+        except (OSError, EOFError, ImportError, LookupError, TypeError, ValueError, AttributeError, zipfile.BadZipFile):
             state = None
         if state is None:
             _tell(
                 f"{self.path} is left from another shot, clip or version and is not used: starting from the beginning"
             )
         else:
-            _tell(f"{self.path} is left from a capture that was interrupted: {self._where(state)}")
+            _tell(f"{self.path} is left from a capture that was interrupted: this one {self._where(state)}")
         return state
 
     def remove(self) -> None:
@@ -64,11 +64,12 @@ class Keep:
 
     def goes_on(self, state: Any) -> str:
         """What to tell somebody who interrupts."""
-        return f"interrupted, and kept in {self.path}; the same command again is {self._where(state)}"
+        return f"interrupted; what is done is kept in {self.path}: the same command again {self._where(state)}"
 
     def _where(self, state: Any) -> str:
-        way = "back" if state.back else "on"
-        return f"going {way} from frame {state.frame + self.first}"
+        if state.frame < 0:
+            return "has all frames and needs only its weights"
+        return f"goes {'back' if state.back else 'on'} from frame {state.frame + self.first}"
 
 
 def keep_of(path: str | Path, shot: Shot, clip: Clip) -> Keep:

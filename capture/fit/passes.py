@@ -101,17 +101,23 @@ def stretches(known: KeyPoses, forward: Poses, arrived: NDArray) -> list[Stretch
 
 def _onward(learnt: list[PartModel], keys: list[KeyPoses], clip: Clip, state: State) -> Iterator[State]:
     """The states after each frame that is looked at."""
-    while not state.back:
-        state = _forwards(learnt, keys, _picture(clip, state.frame), state)
-        yield state
-    wanted = [stretches(*given) for given in zip(keys, state.forward, state.arrived)]
+    wanted = _wanted(keys, state)
     while state.frame >= 0:
-        if not any(state.sightings):  # on to where somebody is wanted next
+        picture = np.asarray(clip[state.frame])[..., :3]
+        if state.back:
+            state = _backwards(learnt, wanted, picture, state)
+        else:
+            state = _forwards(learnt, keys, picture, state)
+            wanted = _wanted(keys, state)
+        if state.back and not any(state.sightings):  # on to where somebody is wanted next
             begins = [begin for of_part in wanted for begin, _ in of_part if begin <= state.frame]
             state = replace(state, frame=max(begins, default=-1))
-        if state.frame >= 0:
-            state = _backwards(learnt, wanted, _picture(clip, state.frame), state)
-            yield state
+        yield state
+
+
+def _wanted(keys: list[KeyPoses], state: State) -> list[list[Stretch]]:
+    """Of each part, where it must be looked for backwards; that is known when the run forward is over."""
+    return [stretches(*of_part) for of_part in zip(keys, state.forward, state.arrived)] if state.back else []
 
 
 def _forwards(learnt: list[PartModel], keys: list[KeyPoses], picture: NDArray, state: State) -> State:
@@ -194,11 +200,7 @@ def _ahead(keys: list[KeyPoses], state: State) -> int:
         first = max(map(min, keys))
         return len(state.arrived[0]) - state.frame + (first + 1 if first else 0)
     wanted = np.zeros(len(state.arrived[0]), bool)
-    for given in zip(keys, state.forward, state.arrived):
-        for begin, end in stretches(*given):
+    for of_part in _wanted(keys, state):
+        for begin, end in of_part:
             wanted[end : begin + 1] = True
     return int(wanted[: state.frame + 1].sum())
-
-
-def _picture(clip: Clip, t: int) -> NDArray:
-    return np.asarray(clip[t])[..., :3]

@@ -61,7 +61,7 @@ def test_a_capture_that_was_interrupted_is_the_same_to_the_last_bit(toon_and_sho
     with pytest.raises(RuntimeError, match="unplugged"):
         video.capture(shot, failing(clip, 6, after=5), keep=path)
     again = video.capture(shot, clip, keep=path)
-    assert "going on from frame 6" in capsys.readouterr().err
+    assert "goes on from frame 6" in capsys.readouterr().err
     assert same(whole, again)
     assert list(tmp_path.iterdir()) == []
 
@@ -90,7 +90,7 @@ def test_a_capture_that_was_killed_goes_on_to_the_same_motion(tmp_path: Path, ca
     assert running.wait() == (1 if sys.platform == "win32" else -signal.SIGKILL)
     shot = read_shot(shot_file)
     again = video.capture(shot, keep=kept)
-    assert "going on from frame" in capsys.readouterr().err
+    assert "goes on from frame" in capsys.readouterr().err
     assert not kept.exists()
     assert same(video.capture(shot), again)
 

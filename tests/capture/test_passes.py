@@ -175,7 +175,7 @@ def test_wherever_it_is_interrupted_it_goes_on_to_the_same_poses(tracker, tmp_pa
         with pytest.raises(type(error)) as told:
             gone_through(way, keys, keep, learnt)
         if isinstance(error, KeyboardInterrupt):
-            assert re.search(r"same command again is going (on|back) from frame 1\d\d$", str(told.value))
+            assert re.search(r"same command again goes (on|back) from frame 1\d\d$", str(told.value))
         tracker.fails_at = None
         state, again = gone_through(way, keys, keep, learnt)
         assert steps <= len(tracker.asked) <= steps + 1  # a second look in one frame may have been lost, no more
@@ -183,7 +183,18 @@ def test_wherever_it_is_interrupted_it_goes_on_to_the_same_poses(tracker, tmp_pa
         for run in ("forward", "backward"):
             for one, other in zip(getattr(whole, run), getattr(state, run)):
                 assert all(np.array_equal(one.columns[field.name], other.columns[field.name]) for field in fields(Pose))
-    assert "is left from a capture that was interrupted: going" in capsys.readouterr().err
+    assert "is left from a capture that was interrupted: this one goes" in capsys.readouterr().err
+
+
+def test_when_all_frames_are_done_nothing_is_looked_at_again(tracker, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(passes, "KEPT_EVERY", 0)
+    tracker.way = {"box": 3.0 * np.arange(9)}
+    keep, learnt = Keep(tmp_path / "x.part", "the same"), [part()]
+    _, found = gone_through(tracker.way, {"box": [0]}, keep, learnt)
+    tracker.asked.clear()
+    _, again = gone_through(tracker.way, {"box": [0]}, keep, learnt)
+    assert tracker.asked == [] and np.array_equal(found["box"], again["box"])
+    assert "this one has all frames" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
