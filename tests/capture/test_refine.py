@@ -142,7 +142,7 @@ def test_a_short_occlusion_is_bridged_and_stays_marked_as_not_visible(flight):
 
 
 def test_after_a_long_absence_nothing_is_made_up(flight):
-    part, shot, frames = flight
+    _, shot, frames = flight
     clip = clip_of(hidden(frames, 14, 18), fps=24)
     after = refine(video.capture(shot, clip), shot, clip, "cpu")
     assert after.tracks[0].visible.tolist() == [True] * 14 + [False] * 4
@@ -198,7 +198,7 @@ def test_what_lies_over_a_part_does_not_pull_at_it():
 
 
 def test_long_holds_are_looked_at_in_a_few_pictures_only(flight):
-    part, shot, frames = flight
+    _, shot, frames = flight
     looked = []
     still = np.repeat(frames[:1], 30, axis=0)
     base = clip_of(still)
