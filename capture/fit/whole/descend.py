@@ -51,15 +51,21 @@ def descend(model: PartModel, stack: Stack, start: NDArray, coarsest: int, devic
         # what the picture does not tell stays: positions near the start, modes within what the rows do
         held = torch.as_tensor(mode_precision(model), device=device)
         tether = (held == 0) / TETHER**2
+        live = torch.arange(len(at), device=device)
+        seen_by = pictures, origins, target, start
         for _ in range(ROUNDS):
-            said = _say(level, pictures, origins, target, at, 2**number)
+            now = at[live]
+            said = _say(level, *seen_by[:3], now, 2**number)
             matrix = said["information"] + torch.diag(held + tether)
-            right = said["pull"] + held * at + tether * (at - start)
+            right = said["pull"] + held * now + tether * (now - seen_by[3])
             step = -torch.linalg.solve(matrix, right)
-            moved = (_positions(level, at + step)[0] - said["seen"]).abs().max()
-            at = at + step
-            if moved < STILL * 2**number:
+            at = at.index_add(0, live, step)
+            moved = (_positions(level, now + step)[0] - said["seen"]).abs().amax(dim=(1, 2))
+            going = moved >= STILL * 2**number
+            if not going.any():
                 break
+            if not going.all():
+                live, seen_by = live[going], tuple(each[going] for each in seen_by)
     said = _say(level, pictures, origins, target, at, 1)
     names = ("information", "pull", "found", "misfit")
     return Look(at.cpu().numpy(), *(said[name].cpu().numpy() for name in names))
