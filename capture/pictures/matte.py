@@ -22,6 +22,7 @@ from capture.pictures.seeds import seed_scribbles as seed_scribbles
 ALIKE = 24.0  # grey levels between two colours: too near to tell how they are mixed, in grain
 SQUARE = np.ones((3, 3), np.uint8)
 TOO_MUCH = 1.5  # times what is expected: then something has come that the colours were not learnt against
+TWICE = 2.0  # no drawing grows so much over the one before
 FOREIGN = 0.02  # share of what is expected: as much of something else does no harm
 
 
@@ -49,7 +50,7 @@ def cut(
     if not trusted:
         slack = max(8.0, 0.08 * max(cv2.boundingRect(near)[2:]))
     parted = patches.parted(image[..., :3], layer, doubted, there, slack)
-    if not trusted and not too_much:
+    if not trusted and cv2.countNonZero(layer) < TWICE * cv2.countNonZero(near):
         parted = patches.evident(image[..., :3], layer, parted)
     return _soft(image, chance, parted, there)
 
@@ -78,23 +79,27 @@ def _soft(image: NDArray, chance: NDArray, layer: NDArray, near: NDArray | None 
         return alpha
     box = slice(max(y - 4, 0), y + height + 4), slice(max(x - 4, 0), x + width + 4)
     solid = patches.without_holes(layer[box], near if near is None else near[box])
-    deep, far = cv2.erode(solid, SQUARE, iterations=2), 1 - cv2.dilate(solid, SQUARE)
-    seen = image[box][..., :3].astype(np.float32)
-    (inside, sure_in), (outside, sure_out) = (_mean_near(seen, mask) for mask in (deep, far))
+    deep, near_by = cv2.erode(solid, SQUARE, iterations=2), cv2.dilate(solid, SQUARE)
+    rim = np.flatnonzero(near_by - deep)
+    seen = cv2.cvtColor(np.ascontiguousarray(image[box][..., :3]), cv2.COLOR_RGB2RGBA).astype(np.float32)
+    inside, beside = _mean_near(seen, deep, rim)
+    outside, round_about = _mean_near(seen, 1 - near_by, rim)
     apart = inside - outside
-    contrast = np.einsum("ijk,ijk->ij", apart, apart)
-    share = np.einsum("ijk,ijk->ij", seen - outside, apart) / np.maximum(contrast, 1)
-    known = (contrast > ALIKE**2) & sure_in & sure_out
-    guess = np.clip(np.where(known, share, (chance[box] - 0.1) / 0.8), 0, 1)
-    alpha[box] = np.where(deep > 0, 1, np.where(far > 0, 0, guess))
+    contrast = (apart**2).sum(axis=1)
+    share = ((seen.reshape(-1, 4)[rim, :3] - outside) * apart).sum(axis=1) / np.maximum(contrast, 1)
+    known = (contrast > ALIKE**2) & beside & round_about
+    guess = np.where(known, share, (np.ascontiguousarray(chance[box]).ravel()[rim] - 0.1) / 0.8)
+    covered = deep.astype(np.float32)
+    covered.ravel()[rim] = np.clip(guess, 0, 1)
+    alpha[box] = covered
     return alpha
 
 
-def _mean_near(seen: NDArray, mask: NDArray) -> tuple[NDArray, NDArray]:
-    """The mean colour (H, W, 3) of the nearest pixels of a mask, and where (H, W) there are any within 3 pixels."""
-    weight = cv2.GaussianBlur(mask.astype(np.float32), (7, 7), 1.0)
-    total = cv2.GaussianBlur(seen * mask[..., None], (7, 7), 1.0)
-    return total / np.maximum(weight, 1e-6)[..., None], weight > 1e-3
+def _mean_near(seen: NDArray, mask: NDArray, rim: NDArray) -> tuple[NDArray, NDArray]:
+    """For the pixels (R,) of a rim: the mean colour (R, 3) of the nearest pixels of a mask, and if any are near (R,)."""
+    total = cv2.GaussianBlur(cv2.copyTo(seen, mask), (7, 7), 1.0).reshape(-1, 4)[rim]
+    weight = total[:, 3:] / 255  # the fourth channel is 255 in all pixels
+    return total[:, :3] / np.maximum(weight, 1e-6), weight[:, 0] > 1e-3
 
 
 def trace(matte: NDArray, step: float = 1.0) -> NDArray:
