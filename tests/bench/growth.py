@@ -10,7 +10,7 @@ from _common import captured
 from fixtures import jumps, variants
 
 ZOOMS = (0.5, 1.0, 2.0)  # pictures of 320 x 240, 640 x 480 and 1280 x 960, with the part in proportion
-LENGTHS = (24, 48, 96)  # drawings of two frames
+LENGTHS = (24, 48, 72)  # drawings of two frames
 
 
 def rows():

@@ -19,6 +19,7 @@ from capture.pictures import matte
 from fixtures import jumps, maps, variants, write
 
 WOBBLES = (1.0, 2.0, 3.0)  # pixels, root mean square over the outline
+WOBBLING = 30  # drawings of each
 PAPERS_STEP, PAPERS_ROUNDS = (
     6,
     30,
@@ -85,7 +86,7 @@ def _wobbles():
     """Errors as root mean square over the outline, medians over the wobbling drawings."""
     figures = {}
     for rms in WOBBLES:
-        toon = variants.wobbled(jumps.bending_frog(), rms)
+        toon = variants.wobbled(jumps.bending_frog(count=WOBBLING), rms)
         clip, part = write.clip_in_memory(toon), toon.parts[0]
         error = np.sqrt((off(captured(toon, clip)[0], toon) ** 2).mean(axis=1))
         keys_own = part.drawing[part.key_frames]

@@ -21,8 +21,8 @@ def rows():
         for name, color in BARS.items():
             figures |= {f"{kind}_{name}_{key}": value for key, value in _bar(variants.barred(draw(), color)).items()}
         figures |= {f"{kind}_gone_{key}": value for key, value in _away(variants.gone(draw(), GONE, HOME)).items()}
-        figures |= {f"{kind}_leaving_{key}": value for key, value in _away(variants.leaving(draw(), GONE)).items()}
-    return figures
+    leaving = variants.leaving(jumps.rigid_frog(), GONE)  # over the picture's edge, which cuts it in between
+    return figures | {f"affine_leaving_{key}": value for key, value in _away(leaving).items()}
 
 
 def _bar(toon):

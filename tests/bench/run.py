@@ -32,7 +32,9 @@ def main() -> None:
     )
     table = Table("figure", "value", box=None)
     for name in chosen:
-        for row, value in import_module(name).rows().items():
+        found = import_module(name).rows()
+        results = {row: value for row, value in results.items() if not row.startswith(f"{name}.")}
+        for row, value in found.items():
             results[f"{name}.{row}"] = round(float(value), 5)
             table.add_row(f"{name}.{row}", f"{value:.4g}")
     Console().print(table)
