@@ -48,7 +48,7 @@ def refine(
     """
     from threadpoolctl import threadpool_limits
 
-    device = _device(device)
+    device = device_of(device)
     clip = video.open_clip(shot) if clip is None else clip
     if len(clip) != len(motion.times):
         raise InputError(
@@ -64,7 +64,7 @@ def refine(
     return relative_to_parents(replace(motion, tracks=tuple(tracks)))
 
 
-def _device(device: str) -> str:
+def device_of(device: str) -> str:
     """Where to compute, if what it takes is installed."""
     try:
         import kornia  # noqa: F401

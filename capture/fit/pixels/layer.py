@@ -138,6 +138,14 @@ def _seen_in_part(
     return Layer(tuple(pyramid), np.asarray(origin, float), np.append(ground, 0.0), counts)
 
 
+def halved(known: NDArray, levels: int) -> tuple[NDArray, ...]:
+    """A map (H, W) of what can be seen, at all sizes."""
+    pyramid = [known.astype(np.float32)]
+    for _ in range(levels - 1):
+        pyramid.append(cv2.pyrDown(pyramid[-1]))
+    return tuple(pyramid)
+
+
 def mean_color(image: NDArray, matte: NDArray) -> NDArray:
     """The layer's mean colour (3,)."""
     weight = matte[..., None] / max(float(matte.sum()), 1e-9)
