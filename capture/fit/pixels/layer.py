@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from capture.fit.pixels import kernels
 
 ALPHA_GAIN = 128.0  # grey levels from clear to opaque
+RIM = 4  # pixels: how wide the rim is that makes a silhouette
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,9 +154,15 @@ def mean_color(image: NDArray, matte: NDArray) -> NDArray:
 
 
 def flatness(image: NDArray, matte: NDArray, ground: NDArray) -> float:
-    """1 for a layer of one colour, 0 for one with enough contrast of its own (30 grey levels) to be tracked by it."""
-    inside = image[..., :3][matte > 0.9].astype(float)
-    contrast = np.sqrt(np.mean((inside - ground) ** 2)) if len(inside) else 0.0
+    """How far the silhouette needs alpha to be seen, 0 to 1.
+
+    1 where the layer's rim has the colour of what it is laid over, 0 where it stands out by 30 grey levels: a rim of
+    ink does, a grey rabbit on grey does not, however dark its eye.
+    """
+    solid = (matte > 0.9).astype(np.uint8)
+    rim = solid & (1 - cv2.erode(solid, np.ones((3, 3), np.uint8), iterations=RIM))
+    colors = image[..., :3][rim > 0].astype(float)
+    contrast = np.sqrt(np.mean((colors - ground) ** 2)) if len(colors) else 0.0
     return float(np.clip(1.5 - contrast / 20.0, 0, 1))
 
 
