@@ -110,7 +110,7 @@ def test_rough_key_weights_are_right_at_the_keys_and_sensible_everywhere(bar):
 
 def test_templates_have_the_sizes_that_the_outline_bears(bar):
     count = bar.view.levels
-    assert count == 5  # the bar is 104 pixels long: 6.5 at a sixteenth of the size
+    assert count == 4  # the bar is 104 pixels long: 13 at an eighth of the size
     assert len(bar.rigid.levels) == len(bar.shape.eigen.levels) == len(bar.shape.bent.levels) == count
 
 

@@ -24,7 +24,7 @@ def drawn(moved):
     return [Fill(rim, RED), Fill(eye, CREAM), Fill(spot, BLUE), Ink(rim, INK, 3.0, closed=True)]
 
 
-def photographed(moved, flatness=0.0, over=(), noise=0.0, behind=None, known=False):
+def photographed(moved, flatness=0.0, over=(), noise=0.0, behind=None, known=False, levels=LEVELS):
     """The face's layer under a map, with its true matte.
 
     `over` are shapes that hide part of it and are taken for its own; behind the polygon `behind` the matte is empty,
@@ -38,7 +38,7 @@ def photographed(moved, flatness=0.0, over=(), noise=0.0, behind=None, known=Fal
     if behind is not None:
         clear = 1 - render.matte([Fill(behind, INK)], SIZE).astype(np.float32)
         alpha, free = alpha * clear, clear if known else None
-    return layer.layer(layer.composite(picture, alpha, GROUND), np.zeros(2), GROUND, LEVELS, flatness, free)
+    return layer.layer(layer.composite(picture, alpha, GROUND), np.zeros(2), GROUND, levels, flatness, free)
 
 
 @lru_cache
@@ -152,15 +152,16 @@ STARTS = {
 }
 
 
-@pytest.mark.parametrize("size", [48, 100])
+@pytest.mark.parametrize("size", [48, 70, 100, 140])
 @pytest.mark.parametrize("name", STARTS)
 def test_every_start_comes_home(name, size):
-    """From far off in place, turn or size; the face is about 100 pixels across, or is drawn 48 pixels across."""
+    """From far off in place, turn or size; the face is drawn so many pixels across."""
     smaller = flight(along=size / 100, across=size / 100)
-    key = photographed(smaller)
-    template = track_affine.template(key, maps.move(smaller, RIM))
+    rim = maps.move(smaller, RIM)
+    count = layer.levels_for(rim)
+    template = track_affine.template(photographed(smaller, levels=count), rim)
     home = flight(angle=0.1, shift=(2.3, -1.4))
-    frame = photographed(maps.chain(home, smaller))
+    frame = photographed(maps.chain(home, smaller), levels=count)
     away = maps.place(
         STARTS[name][:, :2], MIDDLE, MIDDLE + size / 100 * (maps.move(STARTS[name], MIDDLE[None])[0] - MIDDLE)
     )

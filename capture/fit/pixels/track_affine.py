@@ -1,7 +1,9 @@
 """Affine capture: the map that lays a key's layer over a frame's (Bregler et al. 2002, eqs. 8-13).
 
 Lucas-Kanade, coarse to fine, in its inverse compositional form (Baker & Matthews 2004): the picture's
-gradient is taken on the template and prepared once.  `paper_step` is eqs. 10-13 as they stand.
+gradient is taken on the template and prepared once.  Pixels that are hidden have no weight, those that are somebody
+else's lose theirs near the goal, and a level moves away from where it began only as far as the picture pays for it.
+`paper_step` is eqs. 10-13 as they stand.
 Residual and gradient come from the same smoothed picture; with the paper's raw residual the steps overshoot
 (95 iterations against 15).
 """

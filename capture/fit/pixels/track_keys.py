@@ -1,9 +1,10 @@
 """Affine and key-shape capture with eigen-images (Bregler et al. 2002, eqs. 14-16).
 
-The template is no longer one picture but a mean and L eigen-images of all rows.  `acquire` finds the map with
-the appearance projected out (Hager & Belhumeur 1998, inverse compositional): its reach is wide, so it is
-used on small pictures to find a frame's rough pose and shape.  `joint_step` is eqs. 14-15 as they stand, and
-`eliminated_step` the same with the weights solved away: both take the same steps.
+The template is no longer one picture but a mean and L eigen-images of all rows.  `acquire` finds map and
+eigen-weights together, inverse compositional (Baker & Matthews 2004), with weights for pixels that are hidden or
+somebody else's: its reach is wide, so it is used on small pictures to find a frame's rough pose and shape.
+`joint_step` is eqs. 14-15 as they stand, and `eliminated_step` the same with the weights solved away: both take the
+same steps.
 """
 
 from dataclasses import dataclass
@@ -80,14 +81,15 @@ def _descend(template: EigenTemplate, frame: Layer, first: NDArray, number: int)
     level, placed, gone = template.levels[number], first, None
     still = 0.1 * 2**number / template.scale
     way, weights = np.zeros(6), None  # from `first`, in the unknowns of a step
+    weighted = np.empty_like(level.both)
     for _ in range(25):
         at = affine.apply(placed, level.points)
         difference, known = frame.sample(number, at) - level.mean, frame.sample_known(number, at)
         if weights is None:
             weights = difference.ravel() @ level.images
         left = difference - (level.images @ weights).reshape(difference.shape)
-        weight = np.repeat(trust.weights(left, known, gone), left.shape[1]).astype(np.float32)
-        weighted = level.both * weight[:, None]
+        weight = trust.weights(left, known, gone).astype(np.float32)
+        np.multiply(level.both.reshape(len(weight), -1), weight[:, None], out=weighted.reshape(len(weight), -1))
         normal, right = (weighted.T @ level.both).astype(float), (difference.ravel() @ weighted).astype(float)
         hold = trust.slack(number) * level.normal
         normal[:6, :6] += hold
