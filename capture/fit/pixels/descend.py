@@ -26,7 +26,7 @@ class Evidence(NamedTuple):
 def fit(model: PartModel, frame: Layer, start: NDArray) -> Pose:
     """From a map (2, 3): affine for one key; eigen-images, then the bent template, for several."""
     if model.shape is None:
-        return _judged(model, frame, track_affine.align(model.rigid, frame, start), np.zeros(0))
+        return judged(model, frame, Pose(track_affine.align(model.rigid, frame, start), np.zeros(0)))
     placed, alpha = track_keys.acquire(model.shape.eigen, frame, start)
     alpha = np.clip(alpha, *_alpha_range(model))
     return polish(model, frame, Pose(placed, alpha))
@@ -45,12 +45,25 @@ def polish(model: PartModel, frame: Layer, pose: Pose) -> Pose:
     """From a pose that is nearly right: the fine levels alone."""
     shape = model.shape
     if shape is None:
-        return _judged(model, frame, track_affine.align(model.rigid, frame, pose.placed, coarsest=2), pose.alpha)
+        placed = track_affine.align(model.rigid, frame, pose.placed, coarsest=2)
+        return judged(model, frame, Pose(placed, pose.alpha))
     placed, alpha = pose.placed, pose.alpha
     for coarsest, finest in ((2, 1), (0, 0)):  # at full size with the textures that the rough shape calls for
         mixed = models.amounts(shape, alpha)
         placed, alpha = track_shape.refine(shape.bent, frame, placed, alpha, mixed, coarsest, finest)
-    return _judged(model, frame, placed, alpha)
+    return judged(model, frame, Pose(placed, alpha))
+
+
+def judged(model: PartModel, frame: Layer, pose: Pose) -> Pose:
+    """The pose with what it is worth at full size."""
+    if not np.isfinite(pose.placed).all():
+        return Pose(affine.identity() * np.nan, pose.alpha, np.inf, 0.0)
+    if model.shape is None:
+        judgement = track_affine.judged(model.rigid, frame, pose.placed)
+    else:
+        mixed = models.amounts(model.shape, pose.alpha)
+        judgement = track_shape.judged(model.shape.bent, frame, pose.placed, pose.alpha, mixed)
+    return replace(pose, misfit=judgement.misfit, agreeing=judgement.agreeing)
 
 
 def evidence(model: PartModel, frame: Layer, pose: Pose, level: int = 1) -> Evidence:
@@ -89,17 +102,6 @@ def appearance(model: PartModel, level: int, alpha: NDArray) -> tuple[NDArray, N
 def likeness(difference: NDArray) -> NDArray:
     """1 for pixels (..., C) that do not differ, 0 for those that clearly do."""
     return 1 - np.minimum((difference**2).mean(axis=-1) / CLEARLY**2, 1)
-
-
-def _judged(model: PartModel, frame: Layer, placed: NDArray, alpha: NDArray) -> Pose:
-    if not np.isfinite(placed).all():
-        return Pose(affine.identity() * np.nan, alpha, np.inf, 0.0)
-    if model.shape is None:
-        judged = track_affine.judged(model.rigid, frame, placed)
-    else:
-        mixed = models.amounts(model.shape, alpha)
-        judged = track_shape.judged(model.shape.bent, frame, placed, alpha, mixed)
-    return replace(Pose(placed, alpha), misfit=judged.misfit, agreeing=judged.agreeing)
 
 
 def _alpha_range(model: PartModel) -> tuple[NDArray, NDArray]:

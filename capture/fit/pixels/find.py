@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit.pixels import cover, descend, expect, search
+from capture.fit.pixels import aside, cover, descend, expect, search
 from capture.fit.pixels.belief import HIDDEN, is_clear, is_seen, preference
 from capture.fit.pixels.cover import Cutout, Placed
 from capture.fit.pixels.descend import Evidence, worth
@@ -103,6 +103,7 @@ def _tried(look: Look, start: Pose) -> tuple[Pose, Cutout, Evidence]:
     if cleaned is not cut:
         cut, frame = cleaned, cover.as_layer(model.view, cleaned)
         pose = _if_sane(part, descend.fit(model, frame, pose.placed), pose)
+    pose = _if_sane(part, aside.refitted(model, frame, pose), pose)
     seen = descend.evidence(model, frame, pose)
     if is_clear(part, pose, seen):
         return pose, cut, seen
