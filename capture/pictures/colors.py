@@ -113,6 +113,13 @@ def cells(image: NDArray) -> NDArray:
     return packed.view(np.uint16)[..., 0]
 
 
+def unlike(image: NDArray, where: NDArray) -> NDArray:
+    """Mask (H, W) uint8 of the pixels of an RGB image whose colours do not occur in a mask, nor any near to them."""
+    seen = cells(image)
+    counts = cv2.calcHist([seen], [0], where.astype(np.uint8), [BINS**3], [0, BINS**3]).reshape(BINS, BINS, BINS)
+    return cv2.LUT(seen, np.tile((~_neighbours(counts > 1)).astype(np.uint8).ravel(), 2))
+
+
 def _moved(table: NDArray, counts: NDArray, rate: float) -> NDArray:
     fresh = counts + np.float32(1e-9)
     return cv2.addWeighted(table, 1 - rate, fresh, rate / float(fresh.sum()), 0)
