@@ -17,6 +17,7 @@ from capture.errors import InputError
 BINS = 32  # per channel
 REACH_OF_COLOR = 6.0  # grey levels: how far film grain and flicker carry a flat colour
 OURS = 0.01  # share of the layer from which on a colour is its own, wherever else it occurs
+LIKELY = 0.85  # chance from which on a colour is taken for the layer's own again
 ENOUGH = 2**15  # pixels teach as much as four times as many
 SPECK = 8.0  # pixels of a colour that are no more than grain or a soft edge
 SPREAD = np.array([[1, 2, 1]], np.float32) / 4  # over the cells of one channel: the same reach, when adapting
@@ -87,7 +88,9 @@ def adapt(model: ColorModel, image: NDArray, matte: NDArray, rate: float = 0.05)
     if matte.size > ENOUGH:
         image, matte = image[::2, ::2], np.ascontiguousarray(matte[::2, ::2])
     seen = cells(image)
+    alike = cv2.compare(cv2.LUT(seen, model._table), LIKELY, cv2.CMP_GT)  # smoke before a layer is not the layer
     inside, outside = cv2.compare(matte, 0.95, cv2.CMP_GT), cv2.compare(matte, 0.05, cv2.CMP_LT)
+    inside &= alike
     if min(cv2.countNonZero(inside), cv2.countNonZero(outside)) < 64:
         return model
     ours, others = _seen(seen, inside), _seen(seen, outside)

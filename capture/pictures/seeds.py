@@ -88,7 +88,7 @@ def seed_color(image: NDArray, color: tuple[int, int, int], tolerance: float = 4
 
 
 def _belonging(image: NDArray, patch: NDArray) -> NDArray | None:
-    """The mask (H, W) of what hangs together with a patch in colours unlike those farther off; None if it has no end."""
+    """The mask (H, W) of what hangs together with a patch, unlike what is farther off; None if it has no end."""
     x, y, w, h = cv2.boundingRect(patch)
     reach = max(w, h)
     near_by = np.zeros_like(patch)
