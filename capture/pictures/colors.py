@@ -82,8 +82,8 @@ def learn(seeds: list[Seed], colors: int = 6) -> ColorModel:
 def adapt(model: ColorModel, image: NDArray, matte: NDArray, rate: float = 0.05) -> ColorModel:
     """The model moved a little (`rate`) towards the colours of this frame's sure pixels.
 
-    As when learning, what has the layer's colour elsewhere teaches nothing about the rest: a twin that stays in the
-    window would eat holes into the layer.
+    As when learning, what has the layer's colour elsewhere teaches nothing about the rest, if the colour is more
+    usual in the layer: a twin that stays in the window would eat holes into it.
     """
     if matte.size > ENOUGH:
         image, matte = image[::2, ::2], np.ascontiguousarray(matte[::2, ::2])
@@ -94,7 +94,7 @@ def adapt(model: ColorModel, image: NDArray, matte: NDArray, rate: float = 0.05)
     if min(cv2.countNonZero(inside), cv2.countNonZero(outside)) < 64:
         return model
     ours, others = _seen(seen, inside), _seen(seen, outside)
-    twins = (ours > OURS * ours.sum()) & (model.probability() > 0.5)
+    twins = (ours > OURS * ours.sum()) & (ours * others.sum() > others * ours.sum()) & (model.probability() > 0.5)
     shared = model.shared | (twins & (others > SPECK))
     others[twins] = 0
     return ColorModel(_moved(model.inside, ours, rate), _moved(model.outside, others, rate), shared.astype(np.uint8))
