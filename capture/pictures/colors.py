@@ -17,6 +17,7 @@ from capture.errors import InputError
 BINS = 32  # per channel
 REACH_OF_COLOR = 6.0  # grey levels: how far film grain and flicker carry a flat colour
 OURS = 0.01  # share of the layer from which on a colour is its own, wherever else it occurs
+LIKELY = 0.85  # chance from which on a colour is taken for the layer's own again
 ENOUGH = 2**15  # pixels teach as much as four times as many
 SPECK = 8.0  # pixels of a colour that are no more than grain or a soft edge
 SPREAD = np.array([[1, 2, 1]], np.float32) / 4  # over the cells of one channel: the same reach, when adapting
@@ -81,17 +82,19 @@ def learn(seeds: list[Seed], colors: int = 6) -> ColorModel:
 def adapt(model: ColorModel, image: NDArray, matte: NDArray, rate: float = 0.05) -> ColorModel:
     """The model moved a little (`rate`) towards the colours of this frame's sure pixels.
 
-    As when learning, what has the layer's colour elsewhere teaches nothing about the rest: a twin that stays in the
-    window would eat holes into the layer.
+    As when learning, what has the layer's colour elsewhere teaches nothing about the rest, if the colour is more
+    usual in the layer: a twin that stays in the window would eat holes into it.
     """
     if matte.size > ENOUGH:
         image, matte = image[::2, ::2], np.ascontiguousarray(matte[::2, ::2])
     seen = cells(image)
+    alike = cv2.compare(cv2.LUT(seen, model._table), LIKELY, cv2.CMP_GT)  # smoke before a layer is not the layer
     inside, outside = cv2.compare(matte, 0.95, cv2.CMP_GT), cv2.compare(matte, 0.05, cv2.CMP_LT)
+    inside &= alike
     if min(cv2.countNonZero(inside), cv2.countNonZero(outside)) < 64:
         return model
     ours, others = _seen(seen, inside), _seen(seen, outside)
-    twins = (ours > OURS * ours.sum()) & (model.probability() > 0.5)
+    twins = (ours > OURS * ours.sum()) & (ours * others.sum() > others * ours.sum()) & (model.probability() > 0.5)
     shared = model.shared | (twins & (others > SPECK))
     others[twins] = 0
     return ColorModel(_moved(model.inside, ours, rate), _moved(model.outside, others, rate), shared.astype(np.uint8))
@@ -111,6 +114,13 @@ def cells(image: NDArray) -> NDArray:
     """The cell (H, W) uint16 of the colour cube in which each pixel of an RGB image lies: 5 bits of each channel."""
     packed = cv2.cvtColor(np.ascontiguousarray(image[..., :3]), cv2.COLOR_RGB2BGR555)
     return packed.view(np.uint16)[..., 0]
+
+
+def unlike(image: NDArray, where: NDArray) -> NDArray:
+    """Mask (H, W) uint8 of the pixels of an RGB image whose colours do not occur in a mask, nor any near to them."""
+    seen = cells(image)
+    counts = cv2.calcHist([seen], [0], where.astype(np.uint8), [BINS**3], [0, BINS**3]).reshape(BINS, BINS, BINS)
+    return cv2.LUT(seen, np.tile((~_neighbours(counts > 1)).astype(np.uint8).ravel(), 2))
 
 
 def _moved(table: NDArray, counts: NDArray, rate: float) -> NDArray:

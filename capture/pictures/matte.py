@@ -96,7 +96,7 @@ def _soft(image: NDArray, chance: NDArray, layer: NDArray, near: NDArray | None 
 
 
 def _mean_near(seen: NDArray, mask: NDArray, rim: NDArray) -> tuple[NDArray, NDArray]:
-    """For the pixels (R,) of a rim: the mean colour (R, 3) of the nearest pixels of a mask, and if any are near (R,)."""
+    """For the pixels (R,) of a rim: the mean colour (R, 3) of the nearest pixels of a mask, and if any are near."""
     total = cv2.GaussianBlur(cv2.copyTo(seen, mask), (7, 7), 1.0).reshape(-1, 4)[rim]
     weight = total[:, 3:] / 255  # the fourth channel is 255 in all pixels
     return total[:, :3] / np.maximum(weight, 1e-6), weight[:, 0] > 1e-3

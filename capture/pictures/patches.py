@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 STAYS = 0.15  # of its area: how much better the layer must fit at the farthest place than where it was
+THIN = 7  # pixels: what is thinner so far off is a bridge, or the rim of something else
 EDGE = 24  # grey levels across a border: more than grain and codecs make
 NECK = 0.5  # of its size across: with less contact than that, a piece hangs on by a neck
 CONTEST = 3.0  # times the slack: how far round something foreign its border with the layer may lie
@@ -97,7 +98,8 @@ def parted(image: NDArray, mask: NDArray, doubted: NDArray, near: NDArray, slack
     whole, box = mask, _box(mask, 2)
     image, mask, doubted, near = (np.ascontiguousarray(each[box]) for each in (image, mask, doubted, near))
     away = _distance_to(near)
-    beyond = (away > slack) & (doubted > 0)
+    thick = cv2.morphologyEx(mask, cv2.MORPH_OPEN, disc(THIN // 2))
+    beyond = (away > slack) & ((doubted > 0) | (thick < mask))
     if np.count_nonzero(beyond) < 16 or not near.any():
         return whole
     depth = cv2.distanceTransform(near, cv2.DIST_L2, 3)
