@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from capture.fit.curves import correspond
 from capture.fit.pixels import layer
 from capture.fit.pixels import model as models
-from capture.fit.pixels.held import is_held
 from capture.fit.pixels.sighting import REACH
 from capture.motion import affine
 from capture.pictures import matte
 from capture.pictures.clip import Clip
+from capture.pictures.held import is_held
 from capture.pictures.matte import ColorModel
 from capture.pictures.shot import Part
 from capture.progress import progress

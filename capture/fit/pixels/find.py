@@ -13,10 +13,11 @@ from capture.fit.pixels import aside, cover, descend, expect, search
 from capture.fit.pixels.belief import HIDDEN, is_clear, is_seen, preference
 from capture.fit.pixels.cover import Cutout, Placed
 from capture.fit.pixels.descend import Evidence, worth
-from capture.fit.pixels.held import is_held, is_unchanged, rests
+from capture.fit.pixels.held import is_unchanged, rests
 from capture.fit.pixels.sighting import Pose, Sighting, is_sane, margin
 from capture.motion import affine
 from capture.pictures import matte
+from capture.pictures.held import is_held
 
 __all__ = ["Pose", "Sighting", "find"]
 

@@ -1,24 +1,11 @@
 """Drawings that are held: pictures in which a part is as it was cost nothing."""
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from capture.fit.pixels import cover, layer
 from capture.fit.pixels.sighting import Sighting, margin, outline
-
-
-def is_held(before: NDArray, image: NDArray, window: tuple[slice, slice], where: NDArray | None = None) -> bool:
-    """Whether a picture shows the same drawing as the one before: nothing but noise has changed in the window.
-
-    `where` (H, W), if given, says which pixels of the window count.
-    """
-    change = cv2.absdiff(before[window], image[window]).max(axis=-1)
-    change = cv2.GaussianBlur(change.astype(np.float32), (0, 0), 1.5)
-    if where is not None:
-        change = change[where[window] > 0]
-    most, usual = np.percentile(change, [99.5, 50])
-    return bool(most < 3.0 or most < min(4.0 * usual, 16.0))
+from capture.pictures.held import is_held
 
 
 def is_unchanged(image: NDArray, part: Sighting) -> bool:
