@@ -70,10 +70,10 @@ def cutout(
     picture, seen = _crop(image, low, high), _crop(1 - hidden, low, high)
     near = solid(model, expected, low, picture.shape)
     wide = grown(near, reach) if reach else near
-    soft = matte.cut(colors, picture, wide) * seen
+    soft = matte.cut(colors, picture, wide, reach=0.0) * seen
     if others:
         soft[not_own(colors, others)[cells(picture)]] = 0
-        soft = _touching(soft, wide)
+    soft = _belonging(soft, wide)
     return Cutout(picture, low.astype(float), seen.astype(np.float32), soft)
 
 
@@ -155,11 +155,17 @@ def _crop(image: NDArray, low: NDArray, high: NDArray) -> NDArray:
     )
 
 
-def _touching(soft: NDArray, near: NDArray) -> NDArray:
-    """The patches of a matte that touch a mask: taking away what others cover may have cut some off."""
+def _belonging(soft: NDArray, near: NDArray) -> NDArray:
+    """The patches of a matte that belong to a part expected on a mask.
+
+    Those that have much in common with it, and splinters that lie on it: something in front may have cut them off.
+    """
     count, labels = cv2.connectedComponents((soft > 0.1).astype(np.uint8))
-    kept = np.zeros(count, bool)
-    kept[labels[near > 0]] = True
+    if count <= 2:
+        return soft
+    on, of = np.bincount(labels[near > 0], minlength=count), np.bincount(labels.ravel(), minlength=count)
+    on[0] = 0
+    kept = (on > 0.25 * on.max()) | (on > 0.5 * of)
     kept[0] = True  # the faint rim
     return soft * kept[labels]
 

@@ -107,12 +107,13 @@ def _tried(look: Look, start: Pose) -> tuple[Pose, Cutout, Evidence]:
     if is_clear(part, pose, seen):
         return pose, cut, seen
     tries = [(pose, seen)]
-    freed = cover.without_stranger(cut, model, pose)
-    free = frame if freed is cut else cover.as_layer(model.view, freed)
     # small pictures mix what is in front with the part: the large ones alone may know better
-    for begin in (start,) if freed is cut else (start, pose):
-        again = _if_sane(part, descend.polish(model, free, begin), pose)
-        tries.append((again, descend.evidence(model, frame, again)))
+    again = [descend.polish(model, frame, start)]
+    for begin in (start, pose):
+        freed = cover.without_stranger(cut, model, begin)
+        if freed is not cut:
+            again.append(descend.polish(model, cover.as_layer(model.view, freed), begin))
+    tries += [(other, descend.evidence(model, frame, other)) for other in again if is_sane(model, other)]
     pose, seen = max(tries, key=lambda one: preference(part, start, look.joint, *one))
     return pose, cut, seen
 
