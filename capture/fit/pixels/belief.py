@@ -13,7 +13,7 @@ from capture.motion import affine
 
 # what a fit is worth: the share of the part that is there, of what can be seen of it, times that of its telling pixels
 CLEAR = 0.7  # from here on nothing else is tried
-SEEN = 0.22  # below it the part is lost
+SEEN = 0.27  # below it the part is lost; 60 % of it may be covered
 BACK = 0.4  # this much is asked for a part that was lost, or that is not where it was expected
 # shares of the part that must be in sight for a picture to say anything about it
 HIDDEN, HIDDEN_BACK = 0.1, 0.3

@@ -18,7 +18,10 @@ from capture.pictures.matte import ColorModel
 
 EDGE = 2  # pixels beyond a part's outline that its ink and blur still colour
 RIM = 8  # pixels round the posed outline that may still be the layer
+NEAR_EDGE = 16  # pixels from the picture's edge within which a part may reach beyond it
 FOREIGN = 0.02  # share of the matte beyond that rim which calls for a second fit
+UNHEARD = 1e-5  # density of a colour in the tables below which it has not been seen; all alike would have 3e-5
+MOSTLY = 0.7  # share of a part's place in colours unheard of, from which on the light has changed instead
 REJECTED = 0.05  # share of a part's inside, not of its colours, from which on something else is in front of it
 
 
@@ -67,9 +70,16 @@ def cutout(
     rim = outline(model, expected)
     low = np.floor(rim.min(axis=0) - margin).astype(int)
     high = np.ceil(rim.max(axis=0) + margin).astype(int) + 1
+    size = np.array([image.shape[1], image.shape[0]])
+    # a part far from the picture's edge is not going to be cut by it
+    low = np.where(rim.min(axis=0) > NEAR_EDGE, np.maximum(low, 0), low)
+    high = np.where(rim.max(axis=0) < size - NEAR_EDGE, np.minimum(high, size), high)
     picture, seen = _crop(image, low, high), _crop(1 - hidden, low, high)
     near = solid(model, expected, low, picture.shape)
     wide = grown(near, reach) if reach else near
+    strange = _strange(picture, colors)
+    if strange[near > 0].sum() < MOSTLY * near.sum():
+        seen = seen & (1 - strange)
     soft = matte.cut(colors, picture, wide, reach=0.0) * seen
     if others:
         soft[not_own(colors, others)[cells(picture)]] = 0
@@ -153,6 +163,13 @@ def _crop(image: NDArray, low: NDArray, high: NDArray) -> NDArray:
     return cv2.copyMakeBorder(
         image[y0:y1, x0:x1], before[1], after[1], before[0], after[0], cv2.BORDER_CONSTANT, value=0
     )
+
+
+def _strange(picture: NDArray, colors: ColorModel) -> NDArray:
+    """Where (h, w) there are colours neither the part has nor its surroundings had: somebody else is in front."""
+    unheard = (np.maximum(colors.inside, colors.outside) < UNHEARD)[cells(picture)].astype(np.uint8)
+    wide = cv2.morphologyEx(unheard, cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))  # not the seams between two colours
+    return grown(wide, EDGE) if wide.any() else wide
 
 
 def _belonging(soft: NDArray, near: NDArray) -> NDArray:
