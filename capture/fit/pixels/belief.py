@@ -13,10 +13,11 @@ from capture.motion import affine
 
 # what a fit is worth: the share of the part that is there, of what can be seen of it, times that of its telling pixels
 CLEAR = 0.7  # from here on nothing else is tried
-SEEN = 0.22  # below it the part is lost
+SEEN = 0.27  # below it the part is lost; 60 % of it may be covered
 BACK = 0.4  # this much is asked for a part that was lost, or that is not where it was expected
 # shares of the part that must be in sight for a picture to say anything about it
 HIDDEN, HIDDEN_BACK = 0.1, 0.3
+IN_SIGHT = 0.75  # of what was expected to be in sight, at least: a fit that hides behind others is suspicious
 OBVIOUS = 0.6  # share in sight from which on a part is believed to be off its joint
 SOCKET = 0.2  # of a part's size: how far from its parent's it may put its joint
 
@@ -44,14 +45,18 @@ def preference(part: Sighting, expected: Pose, joint: NDArray | None, pose: Pose
 
 def is_hung(part: Sighting, pose: Pose, joint: NDArray) -> bool:
     """Whether a pose leaves the part's pivot where its parent holds it."""
-    gap = np.linalg.norm(affine.apply(pose.placed, np.array([part.model.part.pivot], float))[0] - joint)
-    return bool(gap <= SOCKET * across(part.model))
+    off = np.linalg.norm(affine.apply(pose.placed, np.array([part.model.part.pivot], float))[0] - joint)
+    return bool(off <= SOCKET * across(part.model))
 
 
 def is_far(part: Sighting, expected: Pose, pose: Pose) -> bool:
-    """Whether a pose lies further from the expected one than half the part's size."""
-    gap = np.abs(outline(part.model, pose) - outline(part.model, expected)).max()
-    return bool(gap > 0.5 * across(part.model))
+    """Whether a pose lies further from both the expected and the last one than half the part's size."""
+    return min(gap(part, pose, expected), gap(part, pose, part.pose)) > 0.5 * across(part.model)
+
+
+def gap(part: Sighting, one: Pose, other: Pose) -> float:
+    """The largest distance in pixels, along x or y, between the outlines of two poses."""
+    return float(np.abs(outline(part.model, one) - outline(part.model, other)).max())
 
 
 def ordinary(part: Sighting) -> float:

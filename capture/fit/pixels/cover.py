@@ -18,7 +18,10 @@ from capture.pictures.matte import ColorModel
 
 EDGE = 2  # pixels beyond a part's outline that its ink and blur still colour
 RIM = 8  # pixels round the posed outline that may still be the layer
+NEAR_EDGE = 16  # pixels from the picture's edge within which a part may reach beyond it
 FOREIGN = 0.02  # share of the matte beyond that rim which calls for a second fit
+UNHEARD = 1e-5  # density of a colour in the tables below which it has not been seen; all alike would have 3e-5
+MOSTLY = 0.7  # share of a part's place in colours unheard of, from which on the light has changed instead
 REJECTED = 0.05  # share of a part's inside, not of its colours, from which on something else is in front of it
 
 
@@ -67,13 +70,20 @@ def cutout(
     rim = outline(model, expected)
     low = np.floor(rim.min(axis=0) - margin).astype(int)
     high = np.ceil(rim.max(axis=0) + margin).astype(int) + 1
+    size = np.array([image.shape[1], image.shape[0]])
+    # a part far from the picture's edge is not going to be cut by it
+    low = np.where(rim.min(axis=0) > NEAR_EDGE, np.maximum(low, 0), low)
+    high = np.where(rim.max(axis=0) < size - NEAR_EDGE, np.minimum(high, size), high)
     picture, seen = _crop(image, low, high), _crop(1 - hidden, low, high)
     near = solid(model, expected, low, picture.shape)
     wide = grown(near, reach) if reach else near
-    soft = matte.cut(colors, picture, wide) * seen
+    strange = _strange(picture, colors)
+    if strange[near > 0].sum() < MOSTLY * near.sum():
+        seen = seen & (1 - strange)
+    soft = matte.cut(colors, picture, wide, reach=0.0) * seen
     if others:
         soft[not_own(colors, others)[cells(picture)]] = 0
-        soft = _touching(soft, wide)
+    soft = _belonging(soft, wide)
     return Cutout(picture, low.astype(float), seen.astype(np.float32), soft)
 
 
@@ -155,11 +165,24 @@ def _crop(image: NDArray, low: NDArray, high: NDArray) -> NDArray:
     )
 
 
-def _touching(soft: NDArray, near: NDArray) -> NDArray:
-    """The patches of a matte that touch a mask: taking away what others cover may have cut some off."""
+def _strange(picture: NDArray, colors: ColorModel) -> NDArray:
+    """Where (h, w) there are colours neither the part has nor its surroundings had: somebody else is in front."""
+    unheard = (np.maximum(colors.inside, colors.outside) < UNHEARD)[cells(picture)].astype(np.uint8)
+    wide = cv2.morphologyEx(unheard, cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))  # not the seams between two colours
+    return grown(wide, EDGE) if wide.any() else wide
+
+
+def _belonging(soft: NDArray, near: NDArray) -> NDArray:
+    """The patches of a matte that belong to a part expected on a mask.
+
+    Those that have much in common with it, and splinters that lie on it: something in front may have cut them off.
+    """
     count, labels = cv2.connectedComponents((soft > 0.1).astype(np.uint8))
-    kept = np.zeros(count, bool)
-    kept[labels[near > 0]] = True
+    if count <= 2:
+        return soft
+    on, of = np.bincount(labels[near > 0], minlength=count), np.bincount(labels.ravel(), minlength=count)
+    on[0] = 0
+    kept = (on > 0.25 * on.max()) | (on > 0.5 * of)
     kept[0] = True  # the faint rim
     return soft * kept[labels]
 

@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.fit.pixels import cover, descend
-from capture.fit.pixels.belief import CLEAR
+from capture.fit.pixels.belief import CLEAR, IN_SIGHT
 from capture.fit.pixels.cover import Placed
 from capture.fit.pixels.held import is_unchanged
 from capture.fit.pixels.sighting import Pose, Sighting, is_sane, margin
 from capture.motion import affine
 
+CHANGE = 1.3  # times: what a rough fit may stretch or squash a part between drawings
 STIR = 8  # pixels by which a part in front may have moved that is not found yet
 
 
@@ -72,6 +73,14 @@ def _roughly(image: NDArray, parts: tuple[Sighting, ...], number: int, start: Po
     cut = cover.cutout(image, cover.mask(front, image.shape, STIR), others, part.colors, model, start, margin(model))
     frame = cover.as_layer(model.view, cut)
     pose = replace(descend.rough(model, frame, start.placed), visible=True)
-    if not is_sane(model, pose) or descend.evidence(model, frame, pose, 2).shown < CLEAR:
-        return start
-    return pose
+    if not is_sane(model, pose) or _changed(start, pose) > CHANGE:
+        return start  # small pictures of a covered part leave much open
+    before, seen = (descend.evidence(model, frame, one, 2) for one in (start, pose))
+    believed = seen.shown >= CLEAR and seen.known >= IN_SIGHT * before.known
+    return pose if believed else start
+
+
+def _changed(one: Pose, other: Pose) -> float:
+    """How many times longer or shorter the part has become, along the direction in which that is most."""
+    scales = np.linalg.svd(other.placed[:, :2] @ np.linalg.inv(one.placed[:, :2]), compute_uv=False)
+    return float(max(scales[0], 1 / max(scales[1], 1e-9)))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.fit.pixels import aside, cover, descend, expect, search
-from capture.fit.pixels.belief import HIDDEN, is_clear, is_seen, preference
+from capture.fit.pixels.belief import HIDDEN, IN_SIGHT, gap, is_clear, is_seen, preference
 from capture.fit.pixels.cover import Cutout, Placed
 from capture.fit.pixels.descend import Evidence, worth
 from capture.fit.pixels.held import is_unchanged, rests
@@ -23,6 +23,7 @@ __all__ = ["Pose", "Sighting", "find"]
 
 FAR = 32  # pixels round the expected pose that are searched where nothing of the part's colour touches it
 REMEMBERED = 100  # misfits that say what is ordinary
+STIRRED = 4.0  # pixels: starts nearer to each other lead to the same fit
 WORSE = 0.1  # by how much a doubtful fit must have lost in worth before other starts are tried once more
 
 
@@ -32,10 +33,14 @@ class Look:
 
     image: NDArray  # (H, W, 3)
     part: Sighting
-    expected: Pose
+    expected: Pose  # where it is looked for first
+    carried: Pose  # where it is if it is not seen: where it was, or where its parent takes it
     joint: NDArray | None  # (2,) where its parent holds it
     hidden: NDArray  # (H, W) uint8, 1 under parts in front
     others: list[Placed]
+
+
+Found = tuple[Pose, Cutout, Evidence]  # a fit, the pixels it came from, and what they prove
 
 
 def find(image: NDArray, parts: tuple[Sighting, ...]) -> tuple[Sighting, ...]:
@@ -43,11 +48,12 @@ def find(image: NDArray, parts: tuple[Sighting, ...]) -> tuple[Sighting, ...]:
     poses, parents = expect.expected(image, parts), expect.parents_of(parts)
     found: dict[int, Sighting] = {}
     for number in sorted(range(len(parts)), key=lambda number: -expect.order(parts[number])):
-        part, parent, joint = parts[number], parents[number], None
+        part, parent, carried, joint = parts[number], parents[number], parts[number].pose, None
         if parent is not None:
             above = found[parent].pose if parent in found else poses[parent]
-            poses[number] = expect.carried(part, parts[parent].pose, above)
-            joint = expect.joint(part, poses[number], above)
+            carried = expect.carried(part, parts[parent].pose, above)
+            joint = expect.joint(part, carried, above)
+            poses[number] = carried if parent in found else poses[number]
         front = [other for other in found.values() if expect.order(other) > expect.order(part) and other.pose.visible]
         hidden = cover.mask([expect.placed(other) for other in front], image.shape)
         others = [
@@ -55,7 +61,7 @@ def find(image: NDArray, parts: tuple[Sighting, ...]) -> tuple[Sighting, ...]:
             for n, other in enumerate(parts)
             if n != number
         ]
-        found[number] = _next(Look(image, part, poses[number], joint, hidden, others))
+        found[number] = _next(Look(image, part, poses[number], carried, joint, hidden, others))
     return tuple(found[number] for number in range(len(parts)))
 
 
@@ -64,8 +70,8 @@ def _next(look: Look) -> Sighting:
     if is_unchanged(image, part) or rests(image, part, look.hidden):
         return replace(part, pose=replace(part.pose, held=part.pose.visible, visible=True))
     if part.searched is not None and is_held(part.searched, image, (slice(None), slice(None))):
-        return replace(part, pose=replace(look.expected, visible=False, held=False))
-    pose, cut, seen = first = _tried(look, look.expected)
+        return replace(part, pose=replace(look.carried, visible=False, held=False))
+    pose, cut, seen = first = _first(look)
     doubted = 1.0
     if not is_clear(part, pose, seen):
         doubted = min(part.doubted, worth(pose, seen))
@@ -74,7 +80,7 @@ def _next(look: Look) -> Sighting:
             pose, cut, seen = _best_of(look, first)
             doubted = worth(pose, seen)
     if not is_seen(part, look.expected, look.joint, pose, seen):
-        return replace(part, pose=replace(look.expected, visible=False, held=False), searched=image, doubted=1.0)
+        return replace(part, pose=replace(look.carried, visible=False, held=False), searched=image, doubted=1.0)
     colors = part.colors
     if is_clear(part, pose, seen):
         colors = matte.adapt(colors, cut.picture, np.where(cut.known > 0, cut.soft, 0.5))
@@ -90,7 +96,15 @@ def _next(look: Look) -> Sighting:
     )
 
 
-def _tried(look: Look, start: Pose) -> tuple[Pose, Cutout, Evidence]:
+def _first(look: Look) -> Found:
+    """The fit from where the part is expected; if that is in doubt and elsewhere, from where it was as well."""
+    pose, _, seen = first = _tried(look, look.expected)
+    if is_clear(look.part, pose, seen) or gap(look.part, look.expected, look.part.pose) < STIRRED:
+        return first
+    return max(first, _tried(look, look.part.pose), key=lambda one: _preference(look, one))
+
+
+def _tried(look: Look, start: Pose) -> Found:
     """The fit from one start, the pixels it came from, and what they prove."""
     part, model = look.part, look.part.model
     cut = _cutout(look, start)
@@ -106,20 +120,21 @@ def _tried(look: Look, start: Pose) -> tuple[Pose, Cutout, Evidence]:
         pose = _if_sane(part, descend.fit(model, frame, pose.placed), pose)
     pose = _if_sane(part, aside.refitted(model, frame, pose), pose)
     seen = descend.evidence(model, frame, pose)
-    if is_clear(part, pose, seen):
+    at_first = descend.evidence(model, frame, start).known if frame.known is not None else 1.0
+    if is_clear(part, pose, seen) and (frame.known is None or seen.known >= IN_SIGHT * at_first):
         return pose, cut, seen
     tries = [(pose, seen)]
-    freed = cover.without_stranger(cut, model, pose)
-    free = frame if freed is cut else cover.as_layer(model.view, freed)
     # small pictures mix what is in front with the part: the large ones alone may know better
-    for begin in (start,) if freed is cut else (start, pose):
-        again = _if_sane(part, descend.polish(model, free, begin), pose)
-        tries.append((again, descend.evidence(model, frame, again)))
-    pose, seen = max(tries, key=lambda one: preference(part, start, look.joint, *one))
-    return pose, cut, seen
+    again = [descend.polish(model, frame, start)]
+    for begin in (start, pose):
+        freed = cover.without_stranger(cut, model, begin)
+        if freed is not cut:
+            again.append(descend.polish(model, cover.as_layer(model.view, freed), begin))
+    tries += [(other, descend.evidence(model, frame, other)) for other in again if is_sane(model, other)]
+    return max(((pose, cut, seen) for pose, seen in tries), key=lambda one: _preference(look, one))
 
 
-def _best_of(look: Look, first: tuple[Pose, Cutout, Evidence]) -> tuple[Pose, Cutout, Evidence]:
+def _best_of(look: Look, first: Found) -> Found:
     """The best of a doubtful fit and those from other starts."""
     part = look.part
     likely = [look.expected, part.pose]
@@ -132,7 +147,11 @@ def _best_of(look: Look, first: tuple[Pose, Cutout, Evidence]) -> tuple[Pose, Cu
         pose, _, seen = tries[-1]
         if is_clear(part, pose, seen) and is_seen(part, look.expected, look.joint, pose, seen):
             break
-    return max(tries, key=lambda one: preference(part, look.expected, look.joint, one[0], one[2]))
+    return max(tries, key=lambda one: _preference(look, one))
+
+
+def _preference(look: Look, one: Found) -> tuple[bool, float]:
+    return preference(look.part, look.expected, look.joint, one[0], one[2])
 
 
 def _cutout(look: Look, start: Pose, reach: int = 0) -> Cutout:
