@@ -28,10 +28,13 @@ from capture.pictures.clip import Clip
 from capture.pictures.shot import Shot
 from capture.progress import progress
 
-SECOND_LOOKS = 2  # at most
-DOUBTFUL = 0.7  # of the contrast that is found as a rule; below it a drawing is looked for from before and after
-COVERED = 0.95  # of it; below, what lies inside the outline and is not of the layer is looked at again
-FOUND = 0.25  # share of the template's contrast that must be found for a part to be in the picture
+SECOND_LOOKS = 3  # at most
+FURTHER = 3  # drawings beyond those found that are guessed at from where they were going
+# shares of the template's contrast, against what is found of it as a rule in this clip
+COVERED = 0.95  # below it, a drawing is looked at again: from its neighbours, and without what lies inside its outline
+DOUBTFUL = 0.7  # below it, it is no neighbour to go by
+BETTER = 0.1  # by which another place must beat the one a drawing has: keys that do not fit well fit badly anywhere
+FOUND = 0.25  # below it, the part is not in the picture
 BRIDGED = 0.5  # seconds a part may be hidden and its way still be told from before and after
 SURE = 0.1  # pixels to which a captured pose is taken at its word when others are bridged
 SEARCHED = 2  # the level from which a drawing that was bridged descends
@@ -90,24 +93,28 @@ def _refined(
     prior, covers = mode_precision(model), _covers(number, learnt, courses)
     start = int(course.drawing[models.key_frames(model.part, clip, begin)[0]])
     look = _looked(model, clip, course, start, covers, np.ones(len(course.first), bool), device)
+    if look.found.max() <= 0:
+        return course
+    rule = float(np.percentile(look.found[look.found > 0], 75))  # a part may be hidden in most drawings
     for _ in range(SECOND_LOOKS):
-        share = look.found / np.median(look.found[course.seen])
-        wanted, sure = share < COVERED, share >= DOUBTFUL
+        wanted, sure = look.found < COVERED * rule, look.found >= DOUBTFUL * rule
         if not wanted.any() or not sure.any():
             break
-        guess = _through_time(look, replace(course, seen=sure), prior, np.inf)
+        guess = _through_time(look, replace(course, seen=sure), prior, np.inf, further=FURTHER)
         again = _looked(model, clip, replace(guess, seen=~wanted), start, covers, wanted, device)
-        better = again.found > look.found
-        for whole, other in zip(look, again):
-            whole[better] = other[better]
-    covered = replace(course, unknowns=look.at, seen=look.found >= FOUND)
-    doubtful = covered.seen & (look.found < COVERED * np.median(look.found[covered.seen]))
-    if doubtful.any():
-        again = _looked(model, clip, covered, start, covers, doubtful, device)
-        for whole, other in zip(look, again):
-            whole[doubtful] = other[doubtful]
-    course = replace(course, seen=look.found >= FOUND, misfit=np.where(look.found >= FOUND, look.misfit, 0))
+        look = _with(look, again, again.found > look.found + BETTER * rule)
+    covered = (look.found < COVERED * rule) & (look.found >= FOUND * rule)
+    if covered.any():
+        near = replace(course, unknowns=look.at, seen=look.found >= FOUND * rule)
+        look = _with(look, _looked(model, clip, near, start, covers, covered, device), covered)
+    seen = look.found >= FOUND * rule
+    course = replace(course, seen=seen, misfit=np.where(seen, look.misfit, 0))
     return _through_time(look, course, prior, BRIDGED * clip.fps)
+
+
+def _with(look: Look, other: Look, chosen: NDArray) -> Look:
+    """A look with some drawings (G,) of another."""
+    return Look(*(np.where(chosen.reshape(-1, *(1,) * (a.ndim - 1)), b, a) for a, b in zip(look, other)))
 
 
 def _looked(
@@ -152,10 +159,16 @@ def _bridged(course: Course, model: PartModel, longest: float) -> Course:
     return _through_time(look, course, mode_precision(model), longest)
 
 
-def _through_time(look: Look, course: Course, prior: NDArray, longest: float) -> Course:
-    """The course by its pictures and the temporal prior; beyond gaps over `longest` frames the last pose is held."""
+def _through_time(look: Look, course: Course, prior: NDArray, longest: float, further: int = 0) -> Course:
+    """The course by its pictures and the temporal prior; beyond gaps over `longest` frames the last pose is held.
+
+    Before the first drawing seen and after the last it goes on evenly for `further` drawings.
+    """
     unknowns = look.at.copy()
     stretches = in_time.stretches(course.seen, course.middle, longest)
+    if stretches:
+        stretches[0] = slice(max(stretches[0].start - further, 0), stretches[0].stop)
+        stretches[-1] = slice(stretches[-1].start, min(stretches[-1].stop + further, len(unknowns)))
     for stretch in stretches:
         part = Look(*(field[stretch] for field in look))
         unknowns[stretch] = in_time.settle(part, course.middle[stretch], prior, course.seen[stretch])

@@ -15,7 +15,7 @@ from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, check
 from capture.pictures.clip import Clip, clip_of
 from capture.pictures.shot import KeyDrawing, Part, Shot
-from fixtures import ball, frog, walker, write
+from fixtures import ball, frog, hat, walker, write
 from fixtures.toon import ToonPart
 
 pytest.importorskip("torch", reason="refining needs the extra torch")
@@ -40,17 +40,16 @@ def jitter(values: np.ndarray, part: ToonPart) -> float:
 
 
 @cache
-def noisy(busy: bool) -> tuple[ToonPart, Clip, CartoonMotion, CartoonMotion]:
-    """The frog under sensor noise, captured, and refined."""
-    toon = frog.frog(busy=busy, noise=5.0)
+def noisy() -> tuple[ToonPart, Clip, CartoonMotion, CartoonMotion]:
+    """The frog under sensor noise, captured, and refined; the bench does it before a busy background as well."""
+    toon = frog.frog(noise=5.0)
     clip = clip_of(np.stack([toon.frame(t) for t in range(FRAMES)]))
     motion = video.capture(write.shot_of(toon), clip)
     return toon.parts[0], clip, motion, refine(motion, write.shot_of(toon), clip, "cpu")
 
 
-@pytest.mark.parametrize("busy", [False, True], ids=["plain", "busy"])
-def test_jitter_is_at_least_halved(busy):
-    part, _, before, after = noisy(busy)
+def test_jitter_is_at_least_halved():
+    part, _, before, after = noisy()
     was, now = (jitter(errors(motion, part), part) for motion in (before, after))
     weights = [m.tracks[0].key_weights() - part.weights[:FRAMES] for m in (before, after)]
     was_weights, now_weights = (jitter(off, part) for off in weights)
@@ -59,9 +58,8 @@ def test_jitter_is_at_least_halved(busy):
     assert now_weights <= 0.5 * was_weights
 
 
-@pytest.mark.parametrize("busy", [False, True], ids=["plain", "busy"])
-def test_nothing_of_the_accuracy_is_lost(busy):
-    part, _, before, after = noisy(busy)
+def test_nothing_of_the_accuracy_is_lost():
+    part, _, before, after = noisy()
     was, now = distances(before, part), distances(after, part)
     print(f"\nmedian {np.median(was):.3f} -> {np.median(now):.3f}, 95 % {np.percentile(was, 95):.3f} -> ", end="")
     print(f"{np.percentile(now, 95):.3f}, worst frame {was.mean(1).max():.3f} -> {now.mean(1).max():.3f}")
@@ -70,30 +68,16 @@ def test_nothing_of_the_accuracy_is_lost(busy):
     assert now.mean(axis=1).max() <= was.mean(axis=1).max()
 
 
-@pytest.mark.parametrize("busy", [False, True], ids=["plain", "busy"])
-def test_the_landing_is_not_flattened(busy):
-    part, _, _, after = noisy(busy)
+def test_the_landing_is_not_flattened():
+    part, _, _, after = noisy()
     middle = after.outline("frog").mean(axis=1)[40:], part.points[40:FRAMES].mean(axis=1)
     found, drawn = (np.diff(way[:, 1], n=2) for way in middle)
     assert np.abs(drawn).max() > 5  # pixels a frame and frame: it is hard
     assert np.abs(found - drawn).max() < 0.5
 
 
-def test_the_captures_own_jitter_is_forgotten():
-    part, clip, before, after = noisy(busy=False)
-    rng = np.random.default_rng(3)
-    shown = np.cumsum(~before.tracks[0].held) - 1
-    shaken = before.tracks[0].affine.copy()
-    shaken[..., 2] += rng.normal(0, 1.5, (shown[-1] + 1, 2))[shown]
-    shaken[..., :2] += rng.normal(0, 0.01, (shown[-1] + 1, 2, 2))[shown]
-    start = replace(before, tracks=(replace(before.tracks[0], affine=shaken),))
-    again = refine(start, write.shot_of(frog.frog()), clip, "cpu")
-    assert np.median(distances(start, part)) > 1
-    assert np.linalg.norm(again.points("frog") - after.points("frog"), axis=-1).max() < 0.1
-
-
 def test_a_refined_motion_is_a_motion_like_the_captured_one():
-    _, _, before, after = noisy(busy=False)
+    _, _, before, after = noisy()
     check(after)
     held = after.tracks[0].held
     assert (held == before.tracks[0].held).all()
@@ -105,7 +89,7 @@ def test_a_refined_motion_is_a_motion_like_the_captured_one():
 
 
 def test_without_looseness_three_rows_are_used():
-    _, clip, before, _ = noisy(busy=False)
+    _, clip, before, _ = noisy()
     strict = refine(before, write.shot_of(frog.frog()), clip, "cpu", loose=0)
     assert (np.abs(strict.tracks[0].weights) > 1e-9).sum(axis=1).max() <= 3
 
@@ -124,6 +108,20 @@ def hidden(frames: np.ndarray, start: int, stop: int) -> np.ndarray:
     frames = frames.copy()
     frames[start:stop] = ball.ball().background
     return frames
+
+
+def test_the_captures_own_jitter_is_forgotten(flight):
+    part, shot, frames = flight
+    clip = clip_of(frames)
+    before = video.capture(shot, clip)
+    rng = np.random.default_rng(3)
+    shaken = before.tracks[0].affine.copy()
+    shaken[..., 2] += rng.normal(0, 1.5, (18, 2))
+    shaken[..., :2] += rng.normal(0, 0.02, (18, 2, 2))
+    start = replace(before, tracks=(replace(before.tracks[0], affine=shaken),))
+    settled, again = (refine(motion, shot, clip, "cpu") for motion in (before, start))
+    assert np.median(distances(start, part)) > 1
+    assert np.linalg.norm(again.points("ball") - settled.points("ball"), axis=-1).max() < 0.02
 
 
 def test_a_short_occlusion_is_bridged_and_stays_marked_as_not_visible(flight):
@@ -164,6 +162,34 @@ def test_a_drawing_the_capture_got_wrong_is_found_from_its_neighbours(flight):
     assert np.median(distances(after, part), axis=1).max() < 0.2
 
 
+def test_a_bar_that_passes_over_a_part_pulls_at_it_little(flight):
+    part, shot, frames = flight
+    barred = frames.copy()
+    for t in range(5, 13):
+        left = int(part.points[t, :, 0].min()) - 16 + 12 * (t - 5)
+        barred[t, :, left : left + 18] = (90, 80, 160)  # a fifth of the ball
+    clip = clip_of(barred)
+    before = video.capture(shot, clip)
+    after = refine(before, shot, clip, "cpu")
+    was, now = (np.median(distances(motion, part), axis=1) for motion in (before, after))
+    print(f"\nbehind the bar and after: {was[5:].round(2)} -> {now[5:].round(2)} px")
+    assert np.median(now[5:13]) <= 0.5
+    assert now[13:].max() <= 0.2
+
+
+def test_keys_that_do_not_fit_well_are_no_reason_to_go_elsewhere():
+    """A hat that bends, captured as if it could not: which map is best is a matter of taste, but none is far."""
+    toon = hat.hat()
+    part, shot = toon.parts[0], write.shot_of(toon)
+    shot = replace(shot, parts=(replace(shot.parts[0], keys=shot.parts[0].keys[:1]),))
+    clip = clip_of(np.stack([toon.frame(t) for t in range(24)]))
+    before = video.capture(shot, clip)
+    was, now = (distances(motion, part) for motion in (before, refine(before, shot, clip, "cpu")))
+    print(f"\nworst frame {was.mean(axis=1).max():.2f} -> {now.mean(axis=1).max():.2f} px")
+    assert np.median(now) <= 1.1 * np.median(was)
+    assert now.mean(axis=1).max() <= 1.1 * was.mean(axis=1).max()
+
+
 def test_twice_the_same_comes_out(flight):
     _, shot, frames = flight
     clip = clip_of(frames[:8])
@@ -178,7 +204,7 @@ def test_a_graphics_card_comes_to_the_same():
 
     if not torch.cuda.is_available():
         pytest.skip("there is no graphics card that torch can use: CPU and GPU are not compared")
-    _, clip, before, after = noisy(busy=False)
+    _, clip, before, after = noisy()
     there = refine(before, write.shot_of(frog.frog()), clip, "cuda")
     assert np.linalg.norm(there.points("frog") - after.points("frog"), axis=-1).max() < 1e-3
 
