@@ -58,7 +58,8 @@ def cut(
 def cut_key(model: ColorModel, seed: Seed) -> NDArray:
     """The soft matte (H, W) in a key frame, from what is known there: patches that touch the seed's inside."""
     chance, hard = _chance(model, seed.image)
-    return _soft(seed.image, chance, patches.touching(hard, seed.inside)) * seed.limit
+    # within its limits from the start: what lies beyond, of the same ink, might enclose background with it
+    return _soft(seed.image, chance, patches.touching(hard & seed.limit, seed.inside)) * seed.limit
 
 
 def _chance(model: ColorModel, image: NDArray) -> tuple[NDArray, NDArray]:

@@ -19,28 +19,36 @@ BACK = 0.4  # this much is asked for a part that was lost, or that is not where 
 HIDDEN, HIDDEN_BACK = 0.1, 0.3
 IN_SIGHT = 0.75  # of what was expected to be in sight, at least: a fit that hides behind others is suspicious
 OBVIOUS = 0.6  # share in sight from which on a part is believed to be off its joint
+FREE = 1.5  # times: a drawing may be that much longer or shorter than the one before, and is believed as readily
 SOCKET = 0.2  # of a part's size: how far from its parent's it may put its joint
 
 
 def is_clear(part: Sighting, pose: Pose, seen: Evidence) -> bool:
     """Whether a fit leaves no doubt: much of the part is there, and no worse drawn than before."""
     well_drawn = pose.misfit <= ordinary(part) or seen.shown > 0.9
-    return seen.known >= HIDDEN and worth(pose, seen) >= CLEAR and well_drawn
+    return seen.known >= HIDDEN and credit(part, pose, seen) >= CLEAR and well_drawn
 
 
 def is_seen(part: Sighting, expected: Pose, joint: NDArray | None, pose: Pose, seen: Evidence) -> bool:
     """Whether a fit proves the part to be there; `joint` (2,) is where its parent holds it, if one does."""
     if joint is not None and not is_hung(part, pose, joint):
-        return seen.known >= OBVIOUS and worth(pose, seen) >= CLEAR and pose.misfit <= ordinary(part)
+        return seen.known >= OBVIOUS and credit(part, pose, seen) >= CLEAR and pose.misfit <= ordinary(part)
     if part.pose.visible and not is_far(part, expected, pose):
-        return seen.known >= HIDDEN and worth(pose, seen) >= SEEN
+        return seen.known >= HIDDEN and credit(part, pose, seen) >= SEEN
     enough = HIDDEN_BACK if joint is None else HIDDEN
-    return seen.known >= enough and worth(pose, seen) >= BACK and pose.misfit <= ordinary(part)
+    return seen.known >= enough and credit(part, pose, seen) >= BACK and pose.misfit <= ordinary(part)
 
 
 def preference(part: Sighting, expected: Pose, joint: NDArray | None, pose: Pose, seen: Evidence) -> tuple[bool, float]:
     """For choosing among fits: one that can be believed comes first, then what it is worth and how much it explains."""
-    return is_seen(part, expected, joint, pose, seen), worth(pose, seen) * seen.known
+    return is_seen(part, expected, joint, pose, seen), credit(part, pose, seen) * seen.known
+
+
+def credit(part: Sighting, pose: Pose, seen: Evidence) -> float:
+    """What a fit is worth, less where it squashes or stretches the part all at once: more likely it is covered."""
+    change = np.linalg.svd(pose.placed[:, :2] @ np.linalg.inv(part.pose.placed[:, :2]), compute_uv=False)
+    by = float(max(change[0], 1 / max(change[1], 1e-9)))
+    return worth(pose, seen) * min(FREE / by, 1.0)
 
 
 def is_hung(part: Sighting, pose: Pose, joint: NDArray) -> bool:
