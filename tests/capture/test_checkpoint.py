@@ -131,7 +131,7 @@ def test_a_file_of_the_clip_that_was_changed_is_another_clip(tmp_path: Path):
 def test_what_is_kept_comes_back_as_it_was(tmp_path: Path):
     rng, model = np.random.default_rng(0), object()
     picture = rng.integers(0, 255, (9, 8, 3)).astype(np.uint8)
-    tables = [rng.random((4, 4, 4)).astype(np.float32) for _ in range(2)]
+    tables = [rng.random((4, 4, 4)).astype(np.float32) for _ in range(2)] + [np.zeros((4, 4, 4), np.uint8)]
     pose = Pose(rng.random((2, 3)), np.zeros(0), np.float32(0.1), 1 / 3, np.bool_(False), True)
     one = Sighting(model, ColorModel(*tables), pose, (0.1, float("inf")), picture)
     packed: list = []

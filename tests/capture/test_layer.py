@@ -104,17 +104,24 @@ def test_the_mean_colour_is_the_layers_alone():
     assert np.allclose(layer.mean_color(picture, 0 * alpha), 0)  # of nothing: no warning, no NaN
 
 
-def test_flatness_falls_from_one_to_zero_as_contrast_rises():
-    alpha = np.ones((20, 20), np.float32)
+def test_flatness_falls_from_one_to_zero_as_the_rim_stands_out():
+    alpha = np.zeros((40, 40), np.float32)
+    alpha[6:34, 6:34] = 1
     found = []
     for contrast in (0, 5, 15, 25, 40, 100):
-        picture = np.full((20, 20, 3), 120.0)
-        picture[:10] += contrast
-        picture[10:] -= contrast
+        picture = np.full((40, 40, 3), 120.0 + contrast)  # a frame of another colour ...
+        picture[12:28, 12:28] = 120  # ... round a middle of the ground's own
         found.append(layer.flatness(picture, alpha, np.full(3, 120.0)))
     assert found[0] == found[1] == 1 and found[-1] == found[-2] == 0 and 0 < found[3] < found[2] < 1
     assert found == sorted(found, reverse=True)
     assert layer.flatness(picture, 0 * alpha, np.full(3, 120.0)) == 1
+
+
+def test_a_dark_eye_in_the_middle_does_not_show_the_silhouette():
+    picture, alpha = np.full((40, 40, 3), 120.0), np.zeros((40, 40), np.float32)
+    alpha[6:34, 6:34] = 1
+    picture[15:25, 15:25] = 0
+    assert layer.flatness(picture, alpha, np.full(3, 120.0)) == 1
 
 
 @given(st.floats(1, 5000), st.floats(0.1, 1))

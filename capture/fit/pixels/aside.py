@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from capture.fit.pixels import descend, layer, trust
 from capture.fit.pixels.layer import Layer
 from capture.fit.pixels.model import PartModel
-from capture.fit.pixels.sighting import Pose, outline
+from capture.fit.pixels.sighting import Pose, is_sane, outline
 from capture.motion import affine
 
 STRANGE = 40.0  # grey levels, beyond what noise and ink of another width make
@@ -24,22 +24,30 @@ STILL = 0.05  # pixels
 AGREED = 0.95  # share of agreeing pixels from which on there is nothing to set aside
 
 
-def refitted(model: PartModel, frame: Layer, pose: Pose) -> Pose:
-    """The pose fitted again without what the picture shows otherwise; the same where that is nothing, or no better."""
+def refitted(model: PartModel, frame: Layer, pose: Pose, start: Pose) -> Pose:
+    """The pose fitted again without what the picture shows otherwise; the same where that is nothing, or no better.
+
+    It is tried from the pose and from where that was looked for: what is strange may have misled the first fit.
+    """
     if pose.agreeing >= AGREED:
         return pose
-    found = pose
+    found = [_settled(model, frame, begin) for begin in (pose, start)]
+    better = [one for one in found if one.misfit < pose.misfit and one.agreeing > pose.agreeing - 0.03]
+    return min(better, key=lambda one: one.misfit, default=pose)
+
+
+def _settled(model: PartModel, frame: Layer, pose: Pose) -> Pose:
+    """The pose after what is strange to it was set aside, again and again until nothing moves any more."""
     for _ in range(ROUNDS):
-        strange, share = _strange(model, frame, found)
+        strange, share = _strange(model, frame, pose)
         if not 0 < share < MOST:
             break
-        before, found = found, descend.polish(model, _without(frame, strange), found)
-        if not np.isfinite(found.placed).all():
-            return pose
-        if np.abs(outline(model, found) - outline(model, before)).max() < STILL:
+        before, pose = pose, descend.polish(model, _without(frame, strange), pose)
+        if not is_sane(model, pose):
+            return replace(before, misfit=np.inf)
+        if np.abs(outline(model, pose) - outline(model, before)).max() < STILL:
             break
-    found = descend.judged(model, frame, found)
-    return found if found.misfit < pose.misfit and found.agreeing > pose.agreeing - 0.03 else pose
+    return descend.judged(model, frame, pose)
 
 
 def _strange(model: PartModel, frame: Layer, pose: Pose) -> tuple[NDArray, float]:

@@ -19,6 +19,7 @@ BACK = 0.4  # this much is asked for a part that was lost, or that is not where 
 HIDDEN, HIDDEN_BACK = 0.1, 0.3
 IN_SIGHT = 0.75  # of what was expected to be in sight, at least: a fit that hides behind others is suspicious
 OBVIOUS = 0.6  # share in sight from which on a part is believed to be off its joint
+BLUNT = 0.25  # worth of a pixel of misfit: enough to decide between fits that show as much of the part
 FREE = 1.5  # times: a drawing may be that much longer or shorter than the one before, and is believed as readily
 SOCKET = 0.2  # of a part's size: how far from its parent's it may put its joint
 
@@ -40,8 +41,11 @@ def is_seen(part: Sighting, expected: Pose, joint: NDArray | None, pose: Pose, s
 
 
 def preference(part: Sighting, expected: Pose, joint: NDArray | None, pose: Pose, seen: Evidence) -> tuple[bool, float]:
-    """For choosing among fits: one that can be believed comes first, then what it is worth and how much it explains."""
-    return is_seen(part, expected, joint, pose, seen), credit(part, pose, seen) * seen.known
+    """For choosing among fits: one that can be believed comes first, then what it is worth and how much it explains.
+
+    Where that is all but the same, the one whose agreeing pixels agree better.
+    """
+    return is_seen(part, expected, joint, pose, seen), credit(part, pose, seen) * seen.known - BLUNT * pose.misfit
 
 
 def credit(part: Sighting, pose: Pose, seen: Evidence) -> float:

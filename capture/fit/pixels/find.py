@@ -118,7 +118,7 @@ def _tried(look: Look, start: Pose) -> Found:
     if cleaned is not cut:
         cut, frame = cleaned, cover.as_layer(model.view, cleaned)
         pose = _if_sane(part, descend.fit(model, frame, pose.placed), pose)
-    pose = _if_sane(part, aside.refitted(model, frame, pose), pose)
+    pose = _if_sane(part, aside.refitted(model, frame, pose, start), pose)
     seen = descend.evidence(model, frame, pose)
     at_first = descend.evidence(model, frame, start).known if frame.known is not None else 1.0
     if is_clear(part, pose, seen) and (frame.known is None or seen.known >= IN_SIGHT * at_first):
