@@ -20,7 +20,7 @@ HIDDEN, HIDDEN_BACK = 0.1, 0.3
 IN_SIGHT = 0.75  # of what was expected to be in sight, at least: a fit that hides behind others is suspicious
 OBVIOUS = 0.6  # share in sight from which on a part is believed to be off its joint
 BLUNT = 0.25  # worth of a pixel of misfit: enough to decide between fits that show as much of the part
-FREE = 1.2  # times: a drawing may be that much longer or shorter than the one before, and is believed as readily
+FREE = 1.5  # times: a drawing may be that much longer or shorter than the one before, and is believed as readily
 SOCKET = 0.2  # of a part's size: how far from its parent's it may put its joint
 
 
@@ -52,7 +52,7 @@ def credit(part: Sighting, pose: Pose, seen: Evidence) -> float:
     """What a fit is worth, less where it squashes or stretches the part all at once: more likely it is covered."""
     change = np.linalg.svd(pose.placed[:, :2] @ np.linalg.inv(part.pose.placed[:, :2]), compute_uv=False)
     by = float(max(change[0], 1 / max(change[1], 1e-9)))
-    return worth(pose, seen) * min(FREE / by, 1.0) ** 2
+    return worth(pose, seen) * min(FREE / by, 1.0)
 
 
 def is_hung(part: Sighting, pose: Pose, joint: NDArray) -> bool:
