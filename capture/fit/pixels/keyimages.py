@@ -40,6 +40,10 @@ class MeshMap:
         """Interpolate values (N, C) given at the mesh points: (H, W, C)."""
         return np.einsum("hwk,hwkc->hwc", self.shares, values[self.corners])
 
+    def every(self, step: int) -> "MeshMap":
+        """The map of every so many rows and columns."""
+        return MeshMap(*(field[::step, ::step] for field in (self.corners, self.shares, self.beyond)))
+
 
 def grid_round(shapes: NDArray, margin: int = 12) -> Grid:
     """The grid that holds shapes (D, N, 2) and a margin."""
