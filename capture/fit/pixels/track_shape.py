@@ -71,7 +71,7 @@ def shape_template(
         power = (gx**2 + gy**2).sum(axis=-1)
         chosen, left = _evenly(telling(power, 1.0), every if number == 0 else 1)
         points = points_of(number, power.shape, textures[0].origin)[chosen]
-        modes = place.every(2**number).carry(flat)[chosen].reshape(len(points), 2, count).astype(np.float32)
+        modes = place.only(chosen, 2**number).carry(flat).reshape(len(points), 2, count).astype(np.float32)
         steep = np.argsort(-power[chosen], kind="stable")[: max(int(STEEP * len(points)), min(ENOUGH, len(points)))]
         normal = _own_normal(points, modes, gx[chosen], gy[chosen], centre, scale)
         slopes = float(power[chosen].mean()), float(power[chosen][steep].mean())
