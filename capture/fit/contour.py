@@ -61,6 +61,28 @@ def capture_points(
     return placed, found
 
 
+def loosened(
+    tracked: NDArray, keyset: KeySet, placed: NDArray, weights: NDArray, loose: float, rounds: int = 2
+) -> tuple[NDArray, NDArray]:
+    """Maps and weights that come nearer to the tracked points (T, N, d) with a little of all rows.
+
+    Three rows at a time leave a fifth more of a drawing outside the keys' span than need be, and jump from one three
+    to the next, by up to half a pixel.  What they leave is spread over all rows by ridge regression: `loose` pixels of
+    misfit are worth a weight of 1.
+    """
+    shapes = keys.shapes(keyset)
+    count, points = shapes.shape[:2]
+    if count == 1 or loose <= 0:
+        return placed, weights
+    ridge = loose * np.sqrt(points) * np.eye(count)  # as coordinates of their own, in which rows have nothing in common
+    wide, sparse = np.hstack([shapes.reshape(count, -1), ridge]), weights
+    for _ in range(rounds):
+        level = affine.apply(affine.invert(placed), tracked).reshape(len(tracked), -1)
+        weights = key_weights.fit_dense(np.hstack([level, sparse @ ridge]), wide, BOUNDS)
+        placed = keys.against(np.tensordot(weights, shapes, axes=1), tracked, keyset.keeps_stretch)
+    return placed, weights
+
+
 def capture_outlines(
     outlines: NDArray,
     key_frames: NDArray,

@@ -16,13 +16,11 @@ from capture.errors import InputError
 from capture.fit import contour, video
 from capture.fit.pixels import model as models
 from capture.fit.pixels.model import PartModel
-from capture.fit.shapes import weights as key_weights
 from capture.fit.whole import in_time
 from capture.fit.whole.course import Course, course_of, mode_precision, placed_of
 from capture.fit.whole.descend import Look, descend
 from capture.fit.whole.stack import Covers, only, stacks
-from capture.motion import affine, keys
-from capture.motion.keys import KeySet
+from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, Track, relative_to_parents, track_of
 from capture.pictures.clip import Clip
 from capture.pictures.shot import Shot
@@ -190,7 +188,7 @@ def _as_track(motion: CartoonMotion, model: PartModel, course: Course, loose: fl
         tracked = affine.apply(placed, shapes)
         placed, weights = contour.capture_points(tracked, keyset, placed)
         if loose > 0:
-            placed, weights = _loosened(tracked, keyset, placed, weights, loose)
+            placed, weights = contour.loosened(tracked, keyset, placed, weights, loose)
     shown = course.drawing
     return track_of(
         model.part.name,
@@ -204,22 +202,3 @@ def _as_track(motion: CartoonMotion, model: PartModel, course: Course, loose: fl
         visible=course.seen[shown],
         held=before.held,
     )
-
-
-def _loosened(
-    tracked: NDArray, keyset: KeySet, placed: NDArray, weights: NDArray, loose: float, rounds: int = 6
-) -> tuple[NDArray, NDArray]:
-    """Maps and weights that come nearer to the tracked shapes (G, N, d) with a little of all rows.
-
-    Three rows at a time jump from one three to the next, by up to half a pixel.  What they leave is spread over all
-    rows by ridge regression: `loose` pixels of misfit against a weight of 1.
-    """
-    shapes = keys.shapes(keyset)
-    count, points = shapes.shape[:2]
-    ridge = loose * np.sqrt(points) * np.eye(count)  # as coordinates of their own, in which rows have nothing in common
-    wide, sparse = np.hstack([shapes.reshape(count, -1), ridge]), weights
-    for _ in range(rounds):
-        level = affine.apply(affine.invert(placed), tracked).reshape(len(tracked), -1)
-        weights = key_weights.fit_dense(np.hstack([level, sparse @ ridge]), wide, contour.BOUNDS)
-        placed = keys.against(np.tensordot(weights, shapes, axes=1), tracked, keyset.keeps_stretch)
-    return placed, weights

@@ -14,6 +14,7 @@ from capture.fit.checkpoint import Keep, keep_of
 from capture.fit.pixels import model as models
 from capture.fit.pixels.find import Pose
 from capture.fit.pixels.model import PartModel
+from capture.fit.pixels.outside import UNSAID
 from capture.fit.poses import Poses
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, Track, relative_to_parents, track_of
@@ -21,6 +22,7 @@ from capture.pictures.clip import Clip
 from capture.pictures.decode import read_clip
 from capture.pictures.shot import Part, Shot
 
+LOOSE = 0.2  # pixels of misfit worth a weight of 1 on rows beside the three of eq. 7
 CHUNK = 512  # frames whose meshes are in memory at a time
 
 
@@ -85,7 +87,7 @@ def _as_track(model: PartModel, poses: Poses) -> Track:
     placed, weights = column["placed"], np.ones((len(poses.known), 1))
     if model.shape is not None:
         starts = range(CHUNK, len(placed), CHUNK)
-        chunks = zip(np.split(placed, starts), np.split(column["alpha"], starts))
+        chunks = zip(*(np.split(column[name], starts) for name in ("placed", "alpha", "misfit")))
         placed, weights = map(np.concatenate, zip(*(_as_weights(model, *chunk) for chunk in chunks)))
     return track_of(
         part.name,
@@ -101,9 +103,21 @@ def _as_track(model: PartModel, poses: Poses) -> Track:
     )
 
 
-def _as_weights(model: PartModel, placed: NDArray, alphas: NDArray) -> tuple[NDArray, NDArray]:
-    shapes = np.stack([models.mesh_shape(model, alpha) for alpha in alphas])
-    return contour.capture_points(affine.apply(placed, shapes), model.keyset, placed)
+def _as_weights(model: PartModel, placed: NDArray, alphas: NDArray, misfit: NDArray) -> tuple[NDArray, NDArray]:
+    """Three rows, as in eq. 7; where the picture is not quite any mix of keys, a little of all rows beside them.
+
+    Of frames in a row with the same pose, which show one drawing, the first is worked out.
+    """
+    both = np.column_stack([placed.reshape(len(placed), -1), alphas])
+    first = np.append(True, (both[1:] != both[:-1]).any(axis=1))
+    tracked = affine.apply(placed[first], np.stack([models.mesh_shape(model, alpha) for alpha in alphas[first]]))
+    starts, weights = contour.capture_points(tracked, model.keyset, placed[first])
+    outside = misfit[first] > UNSAID
+    if outside.any():
+        loose = contour.loosened(tracked[outside], model.keyset, starts[outside], weights[outside], LOOSE)
+        starts[outside], weights[outside] = loose
+    shown = np.cumsum(first) - 1
+    return starts[shown], weights[shown]
 
 
 def _key_alpha(model: PartModel, key: int) -> NDArray:

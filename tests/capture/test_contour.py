@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from capture.fit.contour import capture_points
+from capture.fit.contour import BOUNDS, capture_points, loosened
 from capture.fit.shapes.weights import supports
 from capture.motion import keys
 from fixtures import hat, maps
@@ -93,3 +93,21 @@ def test_one_key_leaves_only_the_map():
     true_maps = flights(rng, 4)
     placed, weights = capture_points(maps.move(true_maps, made.points[0]), made)
     assert np.allclose(placed, true_maps) and np.array_equal(weights, np.ones((4, 1)))
+
+
+def test_a_little_of_all_rows_brings_what_three_leave():
+    """Shapes pushed about: dear weights change nothing, cheap ones come nearer, all within the bounds."""
+    rng = np.random.default_rng(6)
+    made, shapes = hat_keys()
+    true = np.tensordot(mixes(rng, 12), shapes, axes=1) + 3 * np.sin(shapes[0] / 25 + rng.uniform(0, 6, (12, 1, 2)))
+    placed, weights = capture_points(true, made)
+
+    def left(placed, weights):
+        return np.linalg.norm(maps.move(placed, np.tensordot(weights, shapes, axes=1)) - true, axis=-1).mean()
+
+    dear, cheap = (loosened(true, made, placed, weights, price) for price in (1e4, 0.2))
+    assert np.allclose(dear[1], weights, atol=1e-3)
+    assert left(*cheap) < left(placed, weights)
+    assert np.allclose(cheap[1].sum(axis=1), 1)
+    assert cheap[1].min() > BOUNDS[0] - 1e-9 and cheap[1].max() < BOUNDS[1] + 1e-9
+    assert loosened(true, made, placed, weights, 0)[1] is weights

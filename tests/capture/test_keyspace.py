@@ -93,3 +93,19 @@ def test_the_hats_in_betweens_take_fewer_modes_than_there_are_of_them():
     rows = keys.shapes(keys.keyset(("rest", "bent", "lean"), drawn, spacing=12.0))
     space = keyspace.extended_space(rows, error=0.1)
     assert space.error <= 0.1 and 2 <= len(space.modes) <= 8 < len(rows) - 1
+
+
+@given(st.integers(0, 10**6))
+@relaxed
+def test_map_and_weights_of_a_mix_that_is_seen_are_found_again(seed):
+    """Half of the points are seen; the start is a few pixels off."""
+    space, rng = keyspace.extended_space(some_shapes(seed, points=24), 0.0, most=3), np.random.default_rng(seed)
+    alpha = rng.normal(size=3) * space.spread
+    placed = np.array([[0.9, 0.1, 30.0], [-0.15, 1.1, -8.0]])
+    at = np.arange(0, 24, 2)
+    seen = keyspace.mix(space, alpha)[at] @ placed[:, :2].T + placed[:, 2]
+    start = placed + 0.02 * rng.normal(size=(2, 3)) * (1, 1, 100)
+    near = alpha + 0.05 * rng.normal(size=3) * space.spread
+    found = keyspace.nearest(space, seen, at, start, near, rounds=12)
+    mixed = keyspace.mix(space, found[1]) @ found[0][:, :2].T + found[0][:, 2]
+    assert worst(mixed[at], seen) < 1e-6

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.fit.pixels import model as models
-from capture.fit.pixels import track_affine, track_keys, track_shape
+from capture.fit.pixels import outside, track_affine, track_keys, track_shape
 from capture.fit.pixels.layer import Layer
 from capture.fit.pixels.model import PartModel
 from capture.fit.pixels.sighting import Pose
@@ -51,7 +51,10 @@ def polish(model: PartModel, frame: Layer, pose: Pose) -> Pose:
     for coarsest, finest in ((2, 1), (0, 0)):  # at full size with the textures that the rough shape calls for
         mixed = models.amounts(shape, alpha)
         placed, alpha = track_shape.refine(shape.bent, frame, placed, alpha, mixed, coarsest, finest)
-    return judged(model, frame, Pose(placed, alpha))
+    said = judged(model, frame, Pose(placed, alpha))
+    mixed = models.amounts(shape, alpha)
+    placed, alpha = outside.by_way_of_the_drawing(shape.loose, frame, placed, alpha, mixed, said.misfit)
+    return said if placed is said.placed else judged(model, frame, Pose(placed, alpha))
 
 
 def judged(model: PartModel, frame: Layer, pose: Pose) -> Pose:

@@ -38,7 +38,11 @@ class MeshMap:
 
     def carry(self, values: NDArray) -> NDArray:
         """Interpolate values (N, C) given at the mesh points: (H, W, C)."""
-        return np.einsum("hwk,hwkc->hwc", self.shares, values[self.corners])
+        return np.einsum("...k,...kc->...c", self.shares, values[self.corners])
+
+    def only(self, chosen: NDArray, step: int) -> "MeshMap":
+        """The map of some pixels alone, as rows (P, ...): `chosen` of every so many rows and columns."""
+        return MeshMap(*(field[::step, ::step][chosen] for field in (self.corners, self.shares, self.beyond)))
 
 
 def grid_round(shapes: NDArray, margin: int = 12) -> Grid:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from capture.fit.pixels import keyimages, layer, track_affine, track_keys, track_shape
+from capture.fit.pixels import keyimages, layer, outside, track_affine, track_keys, track_shape
 from capture.fit.pixels.layer import View
 from capture.fit.shapes.keyspace import KeySpace, extended_space, mix
 from capture.motion import affine, keys
@@ -36,6 +36,7 @@ class ShapeModel:
     space: KeySpace
     eigen: track_keys.EigenTemplate
     bent: track_shape.ShapeTemplate
+    loose: outside.LooseTemplate
     to_keys: NDArray  # (L, K) from mode weights to rough key weights, added to their mean
     mean_amounts: NDArray  # (K,)
 
@@ -166,10 +167,11 @@ def _shape_model(keyset: KeySet, pictures: list[NDArray], mattes: list[NDArray],
         for key, points, removed in zip(drawn, keyset.points, keyset.removed)
     ]
     bent = track_shape.shape_template(textures, place, space)
+    loose = outside.loose_template(textures, place, space, keyset.outline)
     amounts = keys.fold(keyset.rows, np.eye(len(keyset.rows)), len(keyset.names))
     mean = amounts.mean(axis=0)
     to_keys = np.linalg.lstsq(space.coefficients, amounts - mean, rcond=1e-3)[0]
-    return ShapeModel(space, eigen, bent, to_keys, mean)
+    return ShapeModel(space, eigen, bent, loose, to_keys, mean)
 
 
 def amounts(model: ShapeModel, alpha: NDArray) -> NDArray:

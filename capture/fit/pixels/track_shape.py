@@ -20,6 +20,9 @@ from capture.motion import affine
 
 PRIOR = 1e4  # squared grey levels: how strongly the modes are held to what the rows do, at the most
 AREA = 10.0  # pixels that differ together: so much less do differences tell than if each were by itself
+EVERY = 3  # at full size one telling pixel in three: smoothed as they are, its neighbours tell the same
+ENOUGH = 1500  # telling pixels, below which none is left out
+STEEP = 0.3  # the share of the pixels, those with the steepest slopes, by which a fit is judged
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +32,10 @@ class ShapeLevel:
     points: NDArray  # (P, 2) full-size positions in the mean shape
     textures: NDArray  # (K, P, C)
     modes: NDArray  # (P, 2, L)
-    gradient_power: float  # mean squared slope per full-size pixel
+    every: int  # one in so many of the telling pixels is used
+    steep: NDArray  # (Q,) those with the steepest slopes
+    gradient_power: float  # mean squared slope of all per full-size pixel
+    steep_power: float  # and of the steepest
     normal: NDArray  # (6 + L, 6 + L) how sharply all pixels together tell map and modes
 
 
@@ -37,30 +43,39 @@ class ShapeLevel:
 class ShapeTemplate:
     """What is bent, coarse to fine, about a centre in units of `scale`."""
 
-    levels: tuple[ShapeLevel, ...]
+    levels: tuple[ShapeLevel | None, ...]  # None for sizes that are not used
     centre: NDArray  # (2,)
     scale: float
     spread: NDArray  # (L,) of the mode weights
 
 
-def shape_template(textures: list[Layer], place: MeshMap, space: KeySpace, keep: float = 0.3) -> ShapeTemplate:
-    """Prepare K textures, each a layer on the grid of the mean shape's mesh map."""
+def shape_template(
+    textures: list[Layer], place: MeshMap, space: KeySpace, every: int = EVERY, sizes: tuple[int, ...] | None = None
+) -> ShapeTemplate:
+    """Prepare K textures, each a layer on the grid of the mean shape's mesh map; at all levels, or at those of `sizes`.
+
+    At full size one telling pixel in `every` is used, and they are left out evenly.  The steepest alone, the outline's
+    ink, cost as much and tell shape and weights less well: a bend shows in shading and in the lines inside too.
+    """
     count = len(space.modes)
-    carried = place.carry(space.modes.transpose(1, 2, 0).reshape(len(space.mean), -1))
-    fields = carried.reshape(*carried.shape[:2], 2, count)
+    flat = space.modes.transpose(1, 2, 0).reshape(len(space.mean), -1)
     centre = 0.5 * (space.mean.min(axis=0) + space.mean.max(axis=0))
     scale = 0.5 * float(np.ptp(space.mean, axis=0).max())
     levels = []
     for number in range(len(textures[0].levels)):
+        if sizes is not None and number not in sizes:
+            levels.append(None)
+            continue
         stack = np.stack([texture.levels[number] for texture in textures])
         gx, gy = gradient(stack.mean(axis=0), number)
         power = (gx**2 + gy**2).sum(axis=-1)
-        chosen = telling(power, keep if number == 0 else 1.0)
+        chosen, left = _evenly(telling(power, 1.0), every if number == 0 else 1)
         points = points_of(number, power.shape, textures[0].origin)[chosen]
-        step = 2**number
-        modes = fields[::step, ::step][chosen].astype(np.float32)
+        modes = place.only(chosen, 2**number).carry(flat).reshape(len(points), 2, count).astype(np.float32)
+        steep = np.argsort(-power[chosen], kind="stable")[: max(int(STEEP * len(points)), min(ENOUGH, len(points)))]
         normal = _own_normal(points, modes, gx[chosen], gy[chosen], centre, scale)
-        levels.append(ShapeLevel(points, stack[:, chosen], modes, float(power[chosen].mean()), normal))
+        slopes = float(power[chosen].mean()), float(power[chosen][steep].mean())
+        levels.append(ShapeLevel(points, stack[:, chosen], modes, left, steep, *slopes, normal))
     return ShapeTemplate(tuple(levels), centre, scale, np.maximum(space.spread, 1e-6))
 
 
@@ -104,9 +119,9 @@ def judged(
 ) -> Judgement:
     """How well the picture agrees with the bent template."""
     at = template.levels[level]
-    target = np.tensordot(amounts.astype(np.float32), at.textures, axes=1)
-    seen = affine.apply(placed, _bent(at, alpha))
-    return judge(frame.sample(level, seen) - target, at.gradient_power, frame.sample_known(level, seen))
+    target = np.tensordot(amounts.astype(np.float32), at.textures[:, at.steep], axes=1)
+    seen = affine.apply(placed, _bent(at, alpha)[at.steep])
+    return judge(frame.sample(level, seen) - target, at.steep_power, frame.sample_known(level, seen))
 
 
 def _equations(
@@ -124,7 +139,7 @@ def _equations(
     points = ((bent - template.centre) / template.scale).astype(np.float32)
     normal, right = kernels.bent_sums(points, level.modes, placed[:, :2] / template.scale, *seen)
     normal, right = template.scale**2 * normal, template.scale * right
-    prior = min(PRIOR, AREA * trust.mean_square(seen[3], seen[2])) / template.spread**2
+    prior = min(PRIOR, AREA / level.every * trust.mean_square(seen[3], seen[2])) / template.spread**2
     index = np.arange(6, len(normal))
     normal[index, index] += prior
     right[6:] += prior * alpha
@@ -132,6 +147,13 @@ def _equations(
     normal[np.diag_indices_from(normal)] *= 1 + 1e-6
     normal[np.diag_indices_from(normal)] += 1e-6  # off the picture: stay
     return normal, right
+
+
+def _evenly(telling: NDArray, every: int) -> tuple[NDArray, int]:
+    """One in `every` of the telling pixels (H, W), spread evenly; more of them where they would be too few."""
+    every = int(np.clip(np.count_nonzero(telling) // ENOUGH, 1, every))
+    y, x = np.mgrid[: telling.shape[0], : telling.shape[1]]
+    return telling & ((x + y) % every == 0), every
 
 
 def _bent(level: ShapeLevel, alpha: NDArray) -> NDArray:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.motion import affine
+
 
 @dataclass(frozen=True, eq=False)
 class KeySpace:
@@ -44,6 +46,28 @@ def extended_space(shapes: NDArray, error: float = 0.1, most: int = 12) -> KeySp
 def mix(space: KeySpace, alpha: NDArray) -> NDArray:
     """Shapes (..., N, d) of mode weights (..., L): M + sum_l alpha_l E_l."""
     return space.mean + np.tensordot(alpha, space.modes, axes=1)
+
+
+def nearest(
+    space: KeySpace, seen: NDArray, at: NDArray, placed: NDArray, alpha: NDArray, rounds: int = 5
+) -> tuple[NDArray, NDArray]:
+    """Map (d, d + 1) and mode weights (L,) that bring mesh points `at` (B,) nearest to where they are `seen` (B, d).
+
+    Least squares by Gauss-Newton from a map and weights nearby: together the two are not linear, but nearly.
+    """
+    mean, modes, d = space.mean[at], space.modes[:, at], space.mean.shape[1]
+    for _ in range(rounds):
+        shape = mean + np.tensordot(alpha, modes, axes=1)
+        centre, scale = shape.mean(axis=0), max(float(np.ptp(shape, axis=0).max()), 1e-9)
+        local = np.column_stack([(shape - centre) / scale, np.ones(len(at))])  # so that all unknowns are pixels
+        by_map = np.einsum("bj,ik->bikj", local, np.eye(d)).reshape(d * len(at), -1)
+        by_modes = np.einsum("ij,lbj->bil", placed[:, :d], modes).reshape(d * len(at), len(modes))
+        left = seen - affine.apply(placed, shape)
+        step = np.linalg.lstsq(np.hstack([by_map, by_modes]), left.ravel(), rcond=1e-6)[0]
+        change = step[: d * (d + 1)].reshape(d, d + 1) / np.append(np.full(d, scale), 1.0)
+        change[:, d] -= change[:, :d] @ centre
+        placed, alpha = placed + change, alpha + step[d * (d + 1) :]
+    return placed, alpha
 
 
 def as_affine_combination(space: KeySpace) -> NDArray:

@@ -77,15 +77,16 @@ def _level(model: PartModel, number: int, device: str) -> dict[str, Any]:
 
     if model.shape is None:
         level = model.rigid.levels[number]
-        textures, modes = level.values[None], np.zeros((len(level.points), 2, 0))
+        textures, modes, every = level.values[None], np.zeros((len(level.points), 2, 0)), 1
     else:
         level = model.shape.bent.levels[number]
-        textures, modes = level.textures, level.modes
+        textures, modes, every = level.textures, level.modes, level.every
     centre, scale = frame_of(model)
     ground = np.append(model.view.ground, 0)
     arrays = {"points": level.points - centre, "textures": textures - ground, "modes": modes}
     tensors = {name: torch.as_tensor(array, dtype=torch.float64, device=device) for name, array in arrays.items()}
-    return tensors | {"scale": scale, "power": level.gradient_power, "channels": 3 + (model.view.flatness > 0)}
+    told = {"power": level.gradient_power, "channels": 3 + (model.view.flatness > 0), "alike": ALIKE_NOISE / every}
+    return tensors | {"scale": scale} | told
 
 
 def _amounts(model: PartModel, at: Any) -> NDArray:
@@ -137,7 +138,7 @@ def _say(level: dict[str, Any], pictures: Any, origins: Any, target: Any, at: An
     right = (move_x.mT @ bx[..., None] + move_y.mT @ by[..., None])[..., 0]
     count = weight.sum(-1).clamp(min=1e-9)
     variance = (weight * size).sum(-1) / (count * level["channels"]) + QUANTUM**2
-    noise = ALIKE_NOISE * variance
+    noise = level["alike"] * variance
     alike = known * (size < 4 * ALIKE**2)
     mean = (alike * size).sum(-1) / alike.sum(-1).clamp(min=1e-9)
     return {
