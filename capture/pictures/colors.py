@@ -107,7 +107,12 @@ def chance(model: ColorModel, image: NDArray) -> NDArray:
 
 def is_shared(model: ColorModel, image: NDArray) -> NDArray:
     """Mask (H, W) uint8 of the pixels whose colour the layer shares with something else."""
-    return cv2.LUT(cells(image), np.tile(model.shared.ravel(), 2))
+    return looked_up(model.shared, image)
+
+
+def looked_up(table: NDArray, image: NDArray) -> NDArray:
+    """What a table (32, 32, 32), uint8 or float32, says of every pixel (H, W) of an RGB image."""
+    return cv2.LUT(cells(image), np.tile(table.ravel(), 2))
 
 
 def cells(image: NDArray) -> NDArray:
