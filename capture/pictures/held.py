@@ -14,6 +14,7 @@ REST = 0.5 * np.sqrt(SMOOTH**2 - 1)  # of it, in pixels of the halved picture: h
 # grey levels, smoothed; an outline of 150 grey levels that moves by half a pixel makes 11, by 0.3 pixels 7
 CLEAN = 3.5  # what a held drawing may change in a picture without noise
 NOISY = 9.5  # and what it may in any: a new drawing changes more, however noisy the film
+FEW = 0.005  # share of the window that says what the largest change is: a pixel by itself says nothing
 RISE = 2.0  # how much faster than the usual change the largest may grow: grain alone makes it 1.4
 
 
@@ -30,7 +31,10 @@ def is_held(before: NDArray, image: NDArray, window: tuple[slice, slice], where:
     square = cv2.transform(cv2.multiply(change, change), np.full((1, 3), 1 / 3))
     if where is not None:
         square = square[where[::2, ::2] > 0]
-    if float(square.max()) < CLEAN**2:
+    few = FEW * square.size
+    if np.count_nonzero(square >= NOISY**2) > few + 1:
+        return False
+    if np.count_nonzero(square >= CLEAN**2) < few - 1:
         return True
-    usual, most = np.sqrt(np.percentile(square, [95, 99.5]))
+    usual, most = np.sqrt(np.percentile(square, [95, 100 * (1 - FEW)]))
     return bool(most < min(CLEAN + RISE * usual, NOISY))

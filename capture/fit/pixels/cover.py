@@ -100,9 +100,7 @@ def as_layer(view: View, part: Cutout) -> Layer:
     """The cut-out made comparable; where all can be seen, nothing is said of it."""
     all_seen = bool(part.known.all())
     telling = part.soft > 0 if all_seen else (part.soft > 0) | (part.known < 1)
-    part = _within(
-        part, patches.box_of(telling, 2**view.levels)
-    )  # farther off the smallest picture sees nothing either
+    part = _within(part, patches.box_of(telling, 2**view.levels))  # farther off the smallest picture is empty too
     return view.layer(part.picture, part.soft, part.origin, None if all_seen else part.known)
 
 
