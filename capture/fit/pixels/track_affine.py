@@ -114,7 +114,7 @@ def small_map(step: NDArray, centre: NDArray, scale: float) -> NDArray:
 
 
 def without_step(placed: NDArray, step: NDArray, centre: NDArray, scale: float) -> NDArray:
-    """A map (2, 3) after the inverse of an increment's `small_map`, in plain numbers: it is needed thousands of times."""
+    """A map (2, 3) after the inverse of an increment's `small_map`; in plain numbers, for it is needed often."""
     (a, b, x), (c, d, y) = placed.tolist()
     a1, a2, a3, a4, dx, dy = step.tolist()
     over = 1.0 / (((1 + a1) * (1 + a4) - a2 * a3) or 1e-12)
