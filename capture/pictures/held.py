@@ -27,7 +27,8 @@ def is_held(before: NDArray, image: NDArray, window: tuple[slice, slice], where:
     """
     change = cv2.subtract(image[window][..., :3], before[window][..., :3], dtype=cv2.CV_32F)
     change = cv2.GaussianBlur(cv2.pyrDown(change), (5, 5), REST)
-    change -= np.median(change[::4, ::4].reshape(-1, 3), axis=0)  # film flickers as a whole
+    flicker = np.median(change[::4, ::4].reshape(-1, 3), axis=0)  # of the film as a whole
+    change = cv2.subtract(change, (*flicker.tolist(), 0.0))
     square = cv2.transform(cv2.multiply(change, change), np.full((1, 3), 1 / 3))
     if where is not None:
         square = square[where[::2, ::2] > 0]
