@@ -7,6 +7,7 @@ weights and be lost on the target.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,17 @@ class KeySet:
     rows: NDArray  # (D, 3)
     removed: NDArray  # (K, d, d + 1) from an aligned key back to where it was drawn
     keeps_stretch: bool = False  # only turns and shifts were removed: stretch is the keys' own (preservation of volume)
+
+    @cached_property
+    def _as_rigid(self) -> NDArray:
+        """What `rigid` gives, read-only: learning and the weights both ask for it."""
+        drawn = affine.apply(self.removed, self.points)
+        drawn[np.linalg.det(self.removed[..., :-1]) < 0, :, 0] *= -1  # half-way to its mirror image it has no width
+        between = arap.inbetweens(drawn, self.faces, self.rows)
+        removed = against(drawn[0, self.outline], between[:, self.outline], self.keeps_stretch)
+        shapes = affine.apply(affine.invert(removed), between)
+        shapes.flags.writeable = False
+        return shapes
 
 
 def keyset(
@@ -112,11 +124,7 @@ def rigid(keys: KeySet) -> NDArray:
     In-betweens are made of the keys as they were drawn and aligned afterwards, each by the same eq. 5: a bent leg that
     was squeezed by the alignment would not bend like a leg.
     """
-    drawn = affine.apply(keys.removed, keys.points)
-    drawn[np.linalg.det(keys.removed[..., :-1]) < 0, :, 0] *= -1  # half-way to its mirror image a shape has no width
-    between = arap.inbetweens(drawn, keys.faces, keys.rows)
-    removed = against(drawn[0, keys.outline], between[:, keys.outline], keys.keeps_stretch)
-    return affine.apply(affine.invert(removed), between)
+    return keys._as_rigid
 
 
 def straight(keys: KeySet) -> NDArray:

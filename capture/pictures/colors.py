@@ -107,7 +107,12 @@ def chance(model: ColorModel, image: NDArray) -> NDArray:
 
 def is_shared(model: ColorModel, image: NDArray) -> NDArray:
     """Mask (H, W) uint8 of the pixels whose colour the layer shares with something else."""
-    return cv2.LUT(cells(image), np.tile(model.shared.ravel(), 2))
+    return looked_up(model.shared, image)
+
+
+def looked_up(table: NDArray, image: NDArray) -> NDArray:
+    """What a table (32, 32, 32), uint8 or float32, says of every pixel (H, W) of an RGB image."""
+    return cv2.LUT(cells(image), np.tile(table.ravel(), 2))
 
 
 def cells(image: NDArray) -> NDArray:
@@ -154,8 +159,9 @@ def _bake(pixels: NDArray, colors: int) -> NDArray:
     some = pixels.reshape(-1, 3)
     if len(some) > 4000:
         some = some[np.random.default_rng(0).choice(len(some), 4000, replace=False)]
+    packed = some.astype(int) @ (2**16, 2**8, 1)
     some = some.astype(float)
-    colors = min(colors, len(np.unique(some, axis=0)), len(some) // 2)
+    colors = min(colors, len(np.unique(packed)), len(some) // 2)
     mixture = GaussianMixture(max(colors, 1), reg_covar=REACH_OF_COLOR**2, max_iter=40, random_state=0)
     # one thread: for matrices this small BLAS threads only wait for each other
     with threadpool_limits(1), warnings.catch_warnings():

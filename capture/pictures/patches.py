@@ -21,15 +21,15 @@ def touching(mask: NDArray, near: NDArray, reach: float = 0.25) -> NDArray:
     count, labels = cv2.connectedComponents(mask, connectivity=4, ltype=cv2.CV_16U)
     if count < 2:
         return mask
-    home = _box(near, 0)
-    there = _sizes(labels[home], count, near[home])
+    home = box_of(near, 0)
+    there = sizes_of(labels[home], count, near[home])
     most = there.max()
     if most == 0:
         return np.zeros_like(mask)
     wanted = there >= max(reach * most, 1)
     if (wanted != (there > 0)).any():
-        wanted |= (there >= SMALLEST * most) & (there > 0.5 * _sizes(labels, count))
-    return _chosen(labels, wanted)
+        wanted |= (there >= SMALLEST * most) & (there > 0.5 * sizes_of(labels, count))
+    return chosen(labels, wanted)
 
 
 def largest(mask: NDArray, reach: float = 0.25) -> NDArray:
@@ -37,8 +37,8 @@ def largest(mask: NDArray, reach: float = 0.25) -> NDArray:
     count, labels = cv2.connectedComponents(mask, connectivity=4, ltype=cv2.CV_16U)
     if count < 2:
         return mask
-    sizes = _sizes(labels, count)
-    return _chosen(labels, sizes >= reach * sizes.max())
+    sizes = sizes_of(labels, count)
+    return chosen(labels, sizes >= reach * sizes.max())
 
 
 def without_holes(mask: NDArray, near: NDArray | None = None) -> NDArray:
@@ -49,7 +49,7 @@ def without_holes(mask: NDArray, near: NDArray | None = None) -> NDArray:
     if near is None or not cv2.countNonZero(solid & (1 - near)):
         return solid
     count, labels = cv2.connectedComponents(solid - mask, connectivity=4, ltype=cv2.CV_16U)
-    return mask | _chosen(labels, _sizes(labels, count, near) > 0.5 * _sizes(labels, count))
+    return mask | chosen(labels, sizes_of(labels, count, near) > 0.5 * sizes_of(labels, count))
 
 
 def filled(size: tuple[int, int], outline: NDArray) -> NDArray:
@@ -68,8 +68,7 @@ def moved(near: NDArray, mask: NDArray, most: int = 64) -> NDArray:
 
     Compared at a quarter of the size, which is exact enough to tell apart what moved from what was there.
     """
-    small = (mask.shape[1] // 4, mask.shape[0] // 4)
-    goal, shape = (cv2.resize(m.astype(np.float32), small, interpolation=cv2.INTER_AREA) for m in (mask, near))
+    goal, shape = _quartered(mask), _quartered(near)
     rows, columns = np.nonzero(shape > 0.5)
     if len(rows) == 0:
         return near
@@ -88,6 +87,13 @@ def moved(near: NDArray, mask: NDArray, most: int = 64) -> NDArray:
     return cv2.warpAffine(near, shift, (near.shape[1], near.shape[0]), flags=cv2.INTER_NEAREST)
 
 
+def _quartered(mask: NDArray) -> NDArray:
+    """How much (H / 4, W / 4) float32 of every four by four pixels is in a mask."""
+    height, width = mask.shape[0] // 4, mask.shape[1] // 4
+    whole = 255 * mask[: 4 * height, : 4 * width]  # only of whole multiples the mean is quick
+    return cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+
+
 def parted(image: NDArray, mask: NDArray, doubted: NDArray, near: NDArray, slack: float) -> NDArray:
     """The share of a mask (H, W) that is the layer's, where something else of its colour touches it.
 
@@ -95,7 +101,7 @@ def parted(image: NDArray, mask: NDArray, doubted: NDArray, near: NDArray, slack
     is, and so is what lies less far out but nowhere near to what is not.  Between them regions grow and meet at the
     picture's edges (Meyer's watershed): a change of shade, an ink line, or half-way where there is none.
     """
-    whole, box = mask, _box(mask, 2)
+    whole, box = mask, box_of(mask, 2)
     image, mask, doubted, near = (np.ascontiguousarray(each[box]) for each in (image, mask, doubted, near))
     away = _distance_to(near)
     thick = cv2.morphologyEx(mask, cv2.MORPH_OPEN, disc(THIN // 2))
@@ -110,7 +116,7 @@ def parted(image: NDArray, mask: NDArray, doubted: NDArray, near: NDArray, slack
     markers = np.where(mask > 0, 0, 3).astype(np.int32)
     markers[sure] = 1
     markers[beyond] = 2
-    contested = _box(markers == 0, 2)
+    contested = box_of(markers == 0, 2)
     markers[contested] = cv2.watershed(cv2.cvtColor(image[contested], cv2.COLOR_RGB2BGR), markers[contested].copy())
     # pixels that the background has won, or on a line where regions meet, go to whoever is nearer
     ours, theirs = _distance_to(markers == 1), _distance_to(markers == 2)
@@ -125,19 +131,19 @@ def evident(image: NDArray, mask: NDArray, kept: NDArray) -> NDArray:
     A piece is something else if there is an edge along its border, or if it hangs on by a neck; a layer that has
     grown has neither.
     """
-    box = _box(mask & (1 - kept), 4)
+    box = box_of(mask & (1 - kept), 4)
     lost, beside = (mask & (1 - kept))[box], cv2.dilate(kept[box], disc(2))
     count, labels = cv2.connectedComponents(lost, connectivity=4, ltype=cv2.CV_16U)
     if count < 2:
         return kept
-    edge = cv2.morphologyEx(image[box], cv2.MORPH_GRADIENT, disc(2)).max(axis=-1)
-    border = labels * (beside & lost)
-    contact = np.bincount(border.ravel(), minlength=count)
-    sharp = np.bincount(border[edge > EDGE], minlength=count)
-    foreign = (sharp > 0.5 * contact) | (contact < NECK * np.sqrt(_sizes(labels, count)))
+    edges = cv2.split(cv2.morphologyEx(np.ascontiguousarray(image[box]), cv2.MORPH_GRADIENT, disc(2)))
+    edge = cv2.compare(cv2.max(cv2.max(edges[0], edges[1]), edges[2]), EDGE, cv2.CMP_GT)
+    border = beside & lost
+    contact, sharp = sizes_of(labels, count, border), sizes_of(labels, count, border & edge)
+    foreign = (sharp > 0.5 * contact) | (contact < NECK * np.sqrt(sizes_of(labels, count)))
     foreign[0] = True
     back = kept.copy()
-    back[box] |= _chosen(labels, ~foreign)
+    back[box] |= chosen(labels, ~foreign)
     return back
 
 
@@ -146,18 +152,21 @@ def _distance_to(mask: NDArray) -> NDArray:
     return cv2.distanceTransform(1 - mask.astype(np.uint8), cv2.DIST_L2, 3)
 
 
-def _box(mask: NDArray, margin: int) -> tuple[slice, slice]:
+def box_of(mask: NDArray, margin: int) -> tuple[slice, slice]:
     """Rows and columns that hold a mask and a margin round it."""
-    x, y, width, height = cv2.boundingRect(mask.astype(np.uint8))
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8) if mask.dtype == bool else mask)
     return slice(max(y - margin, 0), y + height + margin), slice(max(x - margin, 0), x + width + margin)
 
 
-def _sizes(labels: NDArray, count: int, where: NDArray | None = None) -> NDArray:
+def sizes_of(labels: NDArray, count: int, where: NDArray | None = None) -> NDArray:
     """Pixels of each patch (count,), those of a mask only if one is given; what is no patch counts nothing."""
-    sizes = np.bincount(labels.ravel() if where is None else labels[where > 0], minlength=count)
+    sizes = cv2.calcHist([labels], [0], where, [count], [0, count])
     sizes[0] = 0
     return sizes
 
 
-def _chosen(labels: NDArray, wanted: NDArray) -> NDArray:
-    return wanted.astype(np.uint8)[labels]
+def chosen(labels: NDArray, wanted: NDArray) -> NDArray:
+    """The mask (H, W) uint8 of the wanted (count,) of all labels uint16."""
+    table = np.zeros(2**16, np.uint8)
+    table[: len(wanted)] = wanted
+    return cv2.LUT(labels, table)

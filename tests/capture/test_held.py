@@ -73,6 +73,16 @@ def test_only_the_window_counts():
     assert not is_held(filmed(drawn()), other, (slice(0, 160), slice(0, 190)))
 
 
+def test_only_the_pixels_that_count_are_asked():
+    """A third of the window changes, and just that third is left out."""
+    first, other = filmed(drawn(), 2, 1), filmed(drawn(), 2, 2)
+    other[:, 130:] = 0
+    counts = np.ones((140, 180), np.uint8)
+    assert not is_held(first, other, WINDOW, counts)
+    counts[:, 112:] = 0
+    assert is_held(first, other, WINDOW, counts)
+
+
 def test_alpha_is_left_out():
     alpha = np.arange(SIZE[0] * SIZE[1], dtype=np.uint8).reshape(SIZE[1], SIZE[0])
     one, other = (np.dstack([filmed(drawn()), each]) for each in (alpha, 255 - alpha))

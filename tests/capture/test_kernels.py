@@ -87,6 +87,16 @@ def test_the_composite_is_the_layer_over_its_ground():
     assert np.allclose(made[..., 3], 128 * matte, atol=1e-3)
 
 
+def test_what_was_seen_is_shared_out_over_how_much_that_was():
+    share = rng.uniform(0, 1, (20, 30)).astype(np.float32)
+    share[:5] = 0
+    mean = picture(20, 30)
+    got = kernels.shared_out(mean * share[..., None], share, GROUND)
+    seen = share > 0.02
+    assert np.allclose(got[seen], mean[seen], rtol=1e-5)
+    assert np.allclose(got[share == 0], GROUND)
+
+
 def test_windows_of_a_picture_need_no_copy():
     image = rng.integers(0, 256, (30, 30, 3), dtype=np.uint8)
     part, matte = image[5:20, 3:25], np.ones((30, 30))[5:20, 3:25]

@@ -224,6 +224,18 @@ def test_an_increment_acts_about_the_centre_in_units_of_the_scale():
     assert np.allclose(maps.move(stretch, np.array([MIDDLE, MIDDLE + (10, 10)])), [MIDDLE, MIDDLE + (12, 10)])
 
 
+def test_a_step_is_taken_back_before_the_map():
+    """The map after the inverse increment undoes what the increment does first."""
+    rng = np.random.default_rng(5)
+    centre, scale = np.array([120.0, 80.0]), 95.0
+    for _ in range(20):
+        placed = maps.turn(rng.uniform(-1, 1)) @ np.column_stack([np.eye(2), rng.uniform(-50, 50, 2)])
+        step, points = rng.normal(0, 0.1, 6), rng.uniform(0, 200, (9, 2))
+        moved = maps.move(track_affine.small_map(step, centre, scale), points)
+        back = maps.move(track_affine.without_step(placed, step, centre, scale), moved)
+        assert np.allclose(back, maps.move(placed, points))
+
+
 def test_slopes_tell_how_values_change_with_the_map():
     """Rows of eq. 11 against differences of the picture itself."""
     key = photographed(np.eye(2, 3))

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from capture.fit.pixels.layer import Layer, View
 from capture.fit.pixels.model import PartModel
 from capture.fit.pixels.sighting import Pose, outline
-from capture.pictures import matte
+from capture.pictures import colors as color_tables
+from capture.pictures import matte, patches
 from capture.pictures.matte import ColorModel
 
 EDGE = 2  # pixels beyond a part's outline that its ink and blur still colour
@@ -78,26 +79,29 @@ def cutout(
     near = solid(model, expected, low, picture.shape)
     wide = grown(near, reach) if reach else near
     strange = _strange(picture, colors)
-    if strange[near > 0].sum() < MOSTLY * near.sum():
+    if cv2.countNonZero(strange) and cv2.countNonZero(strange & near) < MOSTLY * cv2.countNonZero(near):
         seen = seen & (1 - strange)
     soft = matte.cut(colors, picture, wide, reach=0.0) * seen
     if others:
-        soft[not_own(colors, others)[cells(picture)]] = 0
+        soft = cv2.copyTo(soft, color_tables.looked_up(1 - not_own(colors, others), picture))
     soft = _belonging(soft, wide)
     return Cutout(picture, low.astype(float), seen.astype(np.float32), soft)
 
 
 def not_own(colors: ColorModel, others: list[Placed]) -> NDArray:
-    """The colours (32, 32, 32) that are ten times as common in another part as in this one."""
+    """The colours (32, 32, 32) uint8 that are ten times as common in another part as in this one."""
     theirs = np.zeros_like(colors.inside)
     for other in others:
         theirs = np.maximum(theirs, other.colors.inside)
-    return theirs > 10 * np.maximum(colors.inside, colors.outside)
+    return (theirs > 10 * np.maximum(colors.inside, colors.outside)).astype(np.uint8)
 
 
 def as_layer(view: View, part: Cutout) -> Layer:
     """The cut-out made comparable; where all can be seen, nothing is said of it."""
-    return view.layer(part.picture, part.soft, part.origin, None if part.known.all() else part.known)
+    all_seen = bool(part.known.all())
+    telling = part.soft > 0 if all_seen else (part.soft > 0) | (part.known < 1)
+    part = _within(part, patches.box_of(telling, 2**view.levels))  # farther off the smallest picture is empty too
+    return view.layer(part.picture, part.soft, part.origin, None if all_seen else part.known)
 
 
 def without_foreign(part: Cutout, model: PartModel, pose: Pose, colors: ColorModel, beside: list[Placed]) -> Cutout:
@@ -106,16 +110,20 @@ def without_foreign(part: Cutout, model: PartModel, pose: Pose, colors: ColorMod
     Beyond a rim it is not the part.  Within the rim, where another part is expected that has this colour as well, it
     cannot be known whose it is.
     """
-    own = solid(model, pose, part.origin, part.soft.shape)
-    kept = part.soft * grown(own, RIM)
-    known = part.known
-    theirs = _shared(part, colors, beside) & (grown(own, EDGE) == 0) & (part.soft > 0.1)
-    if theirs.any():
-        known = np.where(theirs, np.float32(0), known)
-    changed = np.abs(part.soft - kept).sum() + (kept * (part.known - known)).sum()
-    if changed <= FOREIGN * part.soft.sum():
+    near = patches.box_of(part.soft > 0, RIM + 1)
+    close = _within(part, near)
+    own = solid(model, pose, close.origin, close.soft.shape)
+    kept, known = cv2.copyTo(close.soft, grown(own, RIM)), close.known
+    if beside:
+        theirs = _shared(close, colors, beside) & (grown(own, EDGE) == 0) & (close.soft > 0.1)
+        known = np.where(theirs, np.float32(0), known) if theirs.any() else known
+    everything = close.soft.sum()
+    changed = everything - kept.sum() + (0 if known is close.known else (kept * (close.known - known)).sum())
+    if changed <= FOREIGN * everything:
         return part
-    return replace(part, soft=kept, known=known)
+    soft, all_known = part.soft.copy(), part.known.copy()
+    soft[near], all_known[near] = kept, known
+    return replace(part, soft=soft, known=all_known)
 
 
 def without_stranger(part: Cutout, model: PartModel, pose: Pose) -> Cutout:
@@ -123,14 +131,18 @@ def without_stranger(part: Cutout, model: PartModel, pose: Pose) -> Cutout:
 
     The same one if that is little, or if it is most of what can be seen.
     """
-    inner = grown(1 - solid(model, pose, part.origin, part.soft.shape), 4) == 0
-    inner &= part.known > 0
-    strange = inner & (part.soft < 0.3)
-    share = strange.sum() / max(inner.sum(), 1)
+    near = patches.box_of(solid(model, pose, part.origin, part.soft.shape), 2)
+    close = _within(part, near)
+    inner = grown(1 - solid(model, pose, close.origin, close.soft.shape), 4) == 0
+    inner &= close.known > 0
+    strange = inner & (close.soft < 0.3)
+    share = np.count_nonzero(strange) / max(np.count_nonzero(inner), 1)
     if not REJECTED < share < 0.8:
         return part
     unknown = grown(strange.astype(np.uint8), 4) > 0  # as far as the outline, from which `inner` kept away
-    return replace(part, known=np.where(unknown, np.float32(0), part.known))
+    known = part.known.copy()
+    known[near][unknown] = 0
+    return replace(part, known=known)
 
 
 def solid(model: PartModel, pose: Pose, origin: NDArray, shape: tuple[int, ...]) -> NDArray:
@@ -144,14 +156,10 @@ def grown(mask: NDArray, by: int) -> NDArray:
     return cv2.dilate(mask, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * by + 1, 2 * by + 1)))
 
 
-def chance(colors: ColorModel, image: NDArray) -> NDArray:
-    """How likely (H, W) each pixel's colour is the part's, at even odds."""
-    return colors.probability()[cells(image)]
-
-
-def cells(image: NDArray) -> tuple[NDArray, ...]:
-    """Where every pixel's colour is in a table of colours."""
-    return tuple((image[..., :3] >> 3).transpose(2, 0, 1))
+def _within(part: Cutout, box: tuple[slice, slice]) -> Cutout:
+    """The rows and columns of a cut-out that a box tells."""
+    origin = part.origin + (box[1].start, box[0].start)
+    return Cutout(part.picture[box], origin, part.known[box], part.soft[box])
 
 
 def _crop(image: NDArray, low: NDArray, high: NDArray) -> NDArray:
@@ -167,7 +175,10 @@ def _crop(image: NDArray, low: NDArray, high: NDArray) -> NDArray:
 
 def _strange(picture: NDArray, colors: ColorModel) -> NDArray:
     """Where (h, w) there are colours neither the part has nor its surroundings had: somebody else is in front."""
-    unheard = (np.maximum(colors.inside, colors.outside) < UNHEARD)[cells(picture)].astype(np.uint8)
+    table = (np.maximum(colors.inside, colors.outside) < UNHEARD).astype(np.uint8)
+    unheard = color_tables.looked_up(table, picture)
+    if not cv2.countNonZero(unheard):
+        return unheard
     wide = cv2.morphologyEx(unheard, cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))  # not the seams between two colours
     return grown(wide, EDGE) if wide.any() else wide
 
@@ -177,22 +188,21 @@ def _belonging(soft: NDArray, near: NDArray) -> NDArray:
 
     Those that have much in common with it, and splinters that lie on it: something in front may have cut them off.
     """
-    count, labels = cv2.connectedComponents((soft > 0.1).astype(np.uint8))
+    count, labels = cv2.connectedComponents(cv2.compare(soft, 0.1, cv2.CMP_GT), ltype=cv2.CV_16U)
     if count <= 2:
         return soft
-    on, of = np.bincount(labels[near > 0], minlength=count), np.bincount(labels.ravel(), minlength=count)
-    on[0] = 0
+    on, of = patches.sizes_of(labels, count, near), patches.sizes_of(labels, count)
     kept = (on > 0.25 * on.max()) | (on > 0.5 * of)
     kept[0] = True  # the faint rim
-    return soft * kept[labels]
+    return cv2.copyTo(soft, patches.chosen(labels, kept))
 
 
 def _shared(part: Cutout, colors: ColorModel, beside: list[Placed]) -> NDArray:
     """Where (h, w) another part is expected whose colours a pixel has as well."""
     shared = np.zeros(part.soft.shape, bool)
-    at = cells(part.picture)
     for other in beside:
         there = solid(other.model, other.pose, part.origin, part.soft.shape)
         if there.any():
-            shared |= (grown(there, EDGE) > 0) & (other.colors.inside[at] > 0.1 * colors.inside[at])
+            theirs = (other.colors.inside > 0.1 * colors.inside).astype(np.uint8)
+            shared |= (grown(there, EDGE) & color_tables.looked_up(theirs, part.picture)) > 0
     return shared

@@ -83,7 +83,9 @@ def _next(look: Look) -> Sighting:
         return replace(part, pose=replace(look.carried, visible=False, held=False), searched=image, doubted=1.0)
     colors = part.colors
     if is_clear(part, pose, seen):
-        colors = matte.adapt(colors, cut.picture, np.where(cut.known > 0, cut.soft, 0.5))
+        colors = matte.adapt(
+            colors, cut.picture, cut.soft if cut.known.all() else np.where(cut.known > 0, cut.soft, 0.5)
+        )
     return Sighting(
         part.model,
         colors,

@@ -27,10 +27,14 @@ def rests(image: NDArray, part: Sighting, hidden: NDArray) -> bool:
     if part.drawn is None or part.hidden is None or not part.pose.visible:
         return False
     rim = outline(part.model, part.pose)
-    own = cover.grown(cover.solid(part.model, part.pose, np.zeros(2), image.shape), cover.EDGE)
-    free = own & (1 - cover.grown(hidden | part.hidden, cover.EDGE))
-    at = np.round(rim).astype(int)
-    at = at[((at >= 0) & (at < (image.shape[1], image.shape[0]))).all(axis=1)]
+    window = layer.window(rim, (image.shape[1], image.shape[0]), cover.RIM)
+    origin = np.array([window[1].start, window[0].start])
+    free = own = cover.grown(cover.solid(part.model, part.pose, origin, image[window].shape), cover.EDGE)
+    covering = hidden[window] | part.hidden[window]
+    if covering.any():
+        free = own & (1 - cover.grown(covering, cover.EDGE))
+    at = np.round(rim - origin).astype(int)
+    at = at[((at >= 0) & (at < free.shape[::-1])).all(axis=1)]
     if free.sum() < 0.25 * own.sum() or free[at[:, 1], at[:, 0]].sum() < 0.25 * len(rim):
         return False  # too little to go by
-    return is_held(part.drawn, image, layer.window(rim, (image.shape[1], image.shape[0]), cover.RIM), free)
+    return is_held(part.drawn, image, window, free)

@@ -63,6 +63,11 @@ def composite(image: NDArray, matte: NDArray, ground: NDArray, gain: float) -> N
     return _compiled(_composite)(image, matte.astype(np.float32), ground.astype(np.float32), np.float32(gain))
 
 
+def shared_out(part: NDArray, share: NDArray, beyond: NDArray) -> NDArray:
+    """Sums (H, W, 4) of what was seen over how much (H, W) that was; what lies `beyond` (4,) where that is nothing."""
+    return _compiled(_shared_out)(part, share, beyond.astype(np.float32))
+
+
 @lru_cache
 def _compiled(loops: Callable) -> Callable:
     """A function of this file as machine code, which is kept on disk where that is possible."""
@@ -232,3 +237,18 @@ def _composite(image, matte, ground, gain):  # noqa: ANN001, ANN202 - numba infe
                 layer[i, j, c] = a * (np.float32(image[i, j, c]) - ground[c]) + ground[c]
             layer[i, j, 3] = gain * a
     return layer
+
+
+def _shared_out(part, share, beyond):  # noqa: ANN001, ANN202 - numba infers the types
+    height, width = share.shape
+    mean = np.empty((height, width, 4), np.float32)
+    for i in range(height):
+        for j in range(width):
+            if share[i, j] > np.float32(0.01):
+                over = np.float32(1) / share[i, j]
+                for c in range(4):
+                    mean[i, j, c] = part[i, j, c] * over
+            else:
+                for c in range(4):
+                    mean[i, j, c] = beyond[c]
+    return mean

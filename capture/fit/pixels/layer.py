@@ -53,7 +53,8 @@ class Layer:
         self, level: int, placed: NDArray, pixels: tuple[NDArray, ...], huber: float, gone: float
     ) -> tuple[NDArray, NDArray, NDArray]:
         """`kernels.affine_pass` for a map (2, 3) from key pixels to full-size pixels."""
-        inner = (placed - np.column_stack([np.zeros((2, 2)), self.origin])) / 2**level
+        inner = placed / 2**level
+        inner[:, 2] -= self.origin / 2**level
         known = None if self.known is None else self.known[level]
         return kernels.affine_pass(self.levels[level], known, self.ground, inner, pixels, huber, gone)
 
@@ -130,10 +131,7 @@ def _seen_in_part(
         parts.append(cv2.pyrDown(parts[-1]))
         shares.append(cv2.pyrDown(shares[-1]))
     beyond = np.append(ground, 0.0).astype(np.float32)
-    pyramid = [
-        np.where(share[..., None] > 0.01, part / np.maximum(share, 0.01)[..., None], beyond)
-        for part, share in zip(parts, shares)
-    ]
+    pyramid = [kernels.shared_out(part, share, beyond) for part, share in zip(parts, shares)]
     pyramid[0][..., 3] *= flatness
     counts = tuple(np.clip(4 * share - 3, 0, 1) for share in shares)
     return Layer(tuple(pyramid), np.asarray(origin, float), np.append(ground, 0.0), counts)

@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit.pixels import cover
 from capture.fit.pixels.descend import appearance, likeness
 from capture.fit.pixels.layer import Layer
 from capture.fit.pixels.model import PartModel, mesh_shape, outline_at
 from capture.fit.pixels.sighting import Pose, across, outline
 from capture.motion import affine
+from capture.pictures import colors as color_tables
 from capture.pictures.matte import ColorModel
 
 TURNS, SCALES = 8, (0.6, 1.0, 1.6)  # a descent finds its way from half of what lies between
@@ -55,7 +55,7 @@ def starts(
 
 def whole_picture(image: NDArray, hidden: NDArray, model: PartModel, colors: ColorModel) -> Layer:
     """Everything in a picture that has the part's colours, as a layer."""
-    soft = cv2.GaussianBlur(cover.chance(colors, image), (0, 0), 0.7) * (1 - hidden)
+    soft = cv2.GaussianBlur(color_tables.chance(colors, image), (0, 0), 0.7) * (1 - hidden)
     return model.view.layer(image, soft, np.zeros(2), (1 - hidden).astype(np.float32))
 
 

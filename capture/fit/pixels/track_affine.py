@@ -97,7 +97,7 @@ def _descend(shape: Template, frame: Layer, first: NDArray, number: int) -> NDAr
     for _ in range(25):
         normal, right, sizes = frame.affine_pass(number, placed, pixels, trust.HUBER, gone)
         step = np.linalg.solve(shape.scale**2 * normal + damped, shape.scale * right + hold @ way)
-        placed = affine.compose(placed, affine.invert(small_map(step, shape.centre, shape.scale)))
+        placed = without_step(placed, step, shape.centre, shape.scale)
         way = way - step
         moved = np.abs(step).max()
         if gone == 0 and moved < trust.NEAR * still and number <= trust.SHARPEST:
@@ -111,6 +111,19 @@ def small_map(step: NDArray, centre: NDArray, scale: float) -> NDArray:
     """The plain map (2, 3) of an increment [a1 a2 a3 a4 dx dy], which acts about the centre in scale units."""
     linear = np.eye(2) + step[:4].reshape(2, 2)
     return affine.about(np.column_stack([linear, scale * step[4:6]]), centre)
+
+
+def without_step(placed: NDArray, step: NDArray, centre: NDArray, scale: float) -> NDArray:
+    """A map (2, 3) after the inverse of an increment's `small_map`; in plain numbers, for it is needed often."""
+    (a, b, x), (c, d, y) = placed.tolist()
+    a1, a2, a3, a4, dx, dy = step.tolist()
+    over = 1.0 / (((1 + a1) * (1 + a4) - a2 * a3) or 1e-12)
+    p, q, r, s = over * (1 + a4), -over * a2, -over * a3, over * (1 + a1)
+    a1, a2, a3, a4 = a * p + b * r, a * q + b * s, c * p + d * r, c * q + d * s
+    cx, cy = centre.tolist()
+    ex, ey = cx + scale * dx, cy + scale * dy  # what comes to lie on the centre
+    x, y = a * cx + b * cy + x - a1 * ex - a2 * ey, c * cx + d * cy + y - a3 * ex - a4 * ey
+    return np.array([[a1, a2, x], [a3, a4, y]])
 
 
 def judged(shape: Template, frame: Layer, placed: NDArray, level: int = 0) -> Judgement:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from capture.fit.pixels import trust
 from capture.fit.pixels.layer import Layer, gradient, points_of
-from capture.fit.pixels.track_affine import affine_slopes, small_map, telling
+from capture.fit.pixels.track_affine import affine_slopes, telling, without_step
 from capture.fit.shapes.keyspace import KeySpace
 from capture.motion import affine
 
@@ -97,7 +97,7 @@ def _descend(template: EigenTemplate, frame: Layer, first: NDArray, number: int)
         normal[np.diag_indices_from(normal)] *= 1 + 1e-5
         normal[np.diag_indices_from(normal)] += 1e-9
         step, weights = np.split(np.linalg.solve(normal, right), [6])
-        placed = affine.compose(placed, affine.invert(small_map(step, template.centre, template.scale)))
+        placed = without_step(placed, step, template.centre, template.scale)
         way = way - step
         moved = np.abs(step).max()
         if gone is None and moved < trust.NEAR * still and number <= trust.SHARPEST:
