@@ -137,13 +137,13 @@ def _paper(toon, clip):
 def _literal(model, part, clip):
     """A mean and ten eigen-images of the rows' raw grey pictures, inside the mean shape."""
     pictures = [clip[key.frame] for key in part.keys]
-    seeds = models.seed(part, pictures)
-    mattes = [matte.cut(model.colors, picture, seed.inside) * seed.limit for picture, seed in zip(pictures, seeds)]
+    mattes = [matte.cut_key(model.colors, seed) for seed in models.seed(part, pictures)]
     composites = [layer.composite(picture, alpha, model.view.ground) for picture, alpha in zip(pictures, mattes)]
+    drawn = [_grey_layer(composed[..., :3].astype(np.uint8), np.zeros(2)) for composed in composites]
     shapes, space = keys.shapes(model.keyset), model.shape.space
     grid = keyimages.grid_round(shapes)
-    images = keyimages.row_images(composites, model.keyset, shapes, grid, model.view.ground)
-    stack = np.stack([cv2.cvtColor(image[..., :3], cv2.COLOR_RGB2GRAY) for image in images])
+    rows = keyimages.row_layers(drawn, model.keyset, shapes, grid)
+    stack = np.stack([row.levels[0][..., 0] for row in rows])
     outline = space.mean[model.keyset.outline]
     inside = matte.fill(stack.shape[:0:-1], outline - grid.origin) > 0
     y, x = np.nonzero(inside)
@@ -153,10 +153,12 @@ def _literal(model, part, clip):
     eigen = vt[:10].T.astype(float)
     to_modes = np.linalg.lstsq((pixels - mean) @ eigen, space.coefficients, rcond=1e-3)[0]
     points = np.column_stack([x, y]) + grid.origin
-    level = track_keys.EigenLevel(points, mean[:, None], eigen, np.zeros((6, len(points))), to_modes)
+    mean, images = np.repeat(mean[:, None], 4, axis=1), np.repeat(eigen, 4, axis=0) / 2  # of unit length again
+    level = track_keys.EigenLevel(points, mean, images, images.astype(np.float32), np.eye(6), to_modes / 2)
     return track_keys.EigenTemplate((level,), outline.mean(axis=0), 1.0)
 
 
 def _grey_layer(picture, origin):
+    """A picture's grey as a layer; four times the same, for layers have four channels."""
     grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    return Layer((grey[..., None],), np.asarray(origin, float), np.full(1, 128.0))
+    return Layer((np.repeat(grey[..., None], 4, axis=2),), np.asarray(origin, float), np.full(4, 128.0))
