@@ -51,10 +51,17 @@ def polish(model: PartModel, frame: Layer, pose: Pose) -> Pose:
     for coarsest, finest in ((2, 1), (0, 0)):  # at full size with the textures that the rough shape calls for
         mixed = models.amounts(shape, alpha)
         placed, alpha = track_shape.refine(shape.bent, frame, placed, alpha, mixed, coarsest, finest)
-    said = judged(model, frame, Pose(placed, alpha))
-    mixed = models.amounts(shape, alpha)
-    placed, alpha = outside.by_way_of_the_drawing(shape.loose, frame, placed, alpha, mixed, said.misfit)
-    return said if placed is said.placed else judged(model, frame, Pose(placed, alpha))
+    return judged(model, frame, Pose(placed, alpha))
+
+
+def finish(model: PartModel, frame: Layer, pose: Pose) -> Pose:
+    """A fit that was chosen, once more by way of the drawing itself where that lies outside what the keys can say."""
+    shape = model.shape
+    if shape is None:
+        return pose
+    mixed = models.amounts(shape, pose.alpha)
+    placed, alpha = outside.by_way_of_the_drawing(shape.loose, frame, pose.placed, pose.alpha, mixed, pose.misfit)
+    return pose if placed is pose.placed else judged(model, frame, replace(pose, placed=placed, alpha=alpha))
 
 
 def judged(model: PartModel, frame: Layer, pose: Pose) -> Pose:

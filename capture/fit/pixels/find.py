@@ -81,6 +81,7 @@ def _next(look: Look) -> Sighting:
             doubted = worth(pose, seen)
     if not is_seen(part, look.expected, look.joint, pose, seen):
         return replace(part, pose=replace(look.carried, visible=False, held=False), searched=image, doubted=1.0)
+    pose = _if_sane(part, descend.finish(part.model, cover.as_layer(part.model.view, cut), pose), pose)
     colors = part.colors
     if is_clear(part, pose, seen):
         colors = matte.adapt(
@@ -106,8 +107,11 @@ def _first(look: Look) -> Found:
     return max(first, _tried(look, look.part.pose), key=lambda one: _preference(look, one))
 
 
-def _tried(look: Look, start: Pose) -> Found:
-    """The fit from one start, the pixels it came from, and what they prove."""
+def _tried(look: Look, start: Pose, thorough: bool = True) -> Found:
+    """The fit from one start, the pixels it came from, and what they prove.
+
+    A thorough one sets aside what the picture shows otherwise than the keys.
+    """
     part, model = look.part, look.part.model
     cut = _cutout(look, start)
     if cut.soft.max() < 0.5:
@@ -120,7 +124,8 @@ def _tried(look: Look, start: Pose) -> Found:
     if cleaned is not cut:
         cut, frame = cleaned, cover.as_layer(model.view, cleaned)
         pose = _if_sane(part, descend.fit(model, frame, pose.placed), pose)
-    pose = _if_sane(part, aside.refitted(model, frame, pose, start), pose)
+    if thorough:
+        pose = _if_sane(part, aside.refitted(model, frame, pose, start), pose)
     seen = descend.evidence(model, frame, pose)
     at_first = descend.evidence(model, frame, start).known if frame.known is not None else 1.0
     if is_clear(part, pose, seen) and (frame.known is None or seen.known >= IN_SIGHT * at_first):
@@ -145,7 +150,7 @@ def _best_of(look: Look, first: Found) -> Found:
         likely.append(replace(part.pose, placed=affine.compose(onward, part.pose.placed)))
     tries = [first]
     for start in search.starts(look.image, look.hidden, part.model, part.colors, likely, look.joint):
-        tries.append(_tried(look, start))
+        tries.append(_tried(look, start, thorough=False))
         pose, _, seen = tries[-1]
         if is_clear(part, pose, seen) and is_seen(part, look.expected, look.joint, pose, seen):
             break
