@@ -1,0 +1,314 @@
+"""glTF 2.0: a performance as textured meshes with morph targets, for Blender, game engines and web pages.
+
+Every body is a mesh whose morph targets are its shapes, under nodes that travel, turn and stretch it:
+
+    part            nearer to the viewer in drawn order; stretched to nothing where it is not seen
+    part.place      travel, turn and stretch of the captured affine map ...
+    part.shape      ... and the inner turn that shear needs (`nodes`); the mesh hangs here
+
+Weights are kept between 0 and 1, because Blender cuts off what lies outside.  With least and greatest weights lo and hi
+over the frames, the base is S_0 + sum lo_d (S_d - S_0), a target is (hi_d - lo_d) (S_d - S_0) and its weight is
+(w_d - lo_d) / (hi_d - lo_d); a shape whose weight never changes is part of the base.  Nothing is lost: the mesh's
+extras hold lo and hi, and the weights folded onto the keys.
+
+A part that holds its drawings, animated on twos, is played in steps: programs would draw in-betweens that nobody drew.
+Any other is played smoothly from frame to frame.  Either way every frame of the clip is met exactly, and the last
+drawing stays for its own duration.
+"""
+
+import base64
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.files import written_beside
+from retarget.export.bodies import Body, bodies
+from retarget.export.nodes import Nodes, nodes
+from retarget.export.sheets import Look
+from retarget.stage.perform import Performance
+
+HELD = 0.3
+"""A part of which more than this share of the frames hold the drawing before is played in steps."""
+
+NEVER = 1e-7
+"""A weight that changes less than this over the whole clip does not change."""
+
+FLOAT, SHORT, INT = 5126, 5123, 5125  # component types
+VERTICES, FACES = 34962, 34963  # what a piece of the buffer is for
+KINDS = {(): "SCALAR", (2,): "VEC2", (3,): "VEC3", (4,): "VEC4"}
+
+
+def write_glb(performance: Performance, path: str | Path) -> None:
+    """A performance as one *.glb file, or as a *.gltf of text with everything in it, as the path ends."""
+    width, height = performance.size
+    notes = {
+        "fps": performance.fps,
+        "stage": [width, height],
+        "pixels_per_unit": height,
+        "origin": "the middle of the canvas's lower edge; x right, y up, z to the viewer",
+    }
+    write_bodies(bodies(performance), performance.times, performance.fps, path, width / height, notes)
+
+
+def write_bodies(
+    acting: tuple[Body, ...],
+    times: NDArray,
+    fps: float,
+    path: str | Path,
+    aspect: float | None = None,
+    notes: dict[str, Any] | None = None,
+) -> None:
+    """Bodies that play over `times` (T,), in seconds, as a *.glb or *.gltf file.
+
+    With an `aspect`, width by height of the stage, a camera is put that shows just the stage.
+    """
+    file = _File(times, fps)
+    for body in acting:
+        file.roots.append(_add_body(file, body))
+    if aspect is not None:
+        file.roots.append(_add_camera(file, aspect))
+    content, binary = file.finished(notes or {})
+    with written_beside(path) as temporary:
+        whole = _text if Path(path).suffix == ".gltf" else _container
+        temporary.write_bytes(whole(content, binary))
+
+
+class _File:
+    """A glTF file in the making: its JSON lists, and the bytes that they point into."""
+
+    def __init__(self, times: NDArray, fps: float) -> None:
+        times = np.asarray(times, float)
+        self.times = np.append(times, times[-1] + 1 / fps) - times[0]  # the last drawing has a duration too
+        self.roots: list[int] = []
+        self.lists: dict[str, list[dict[str, Any]]] = {}
+        self.channels: list[dict[str, Any]] = []
+        self.samplers: list[dict[str, Any]] = []
+        self.extensions: set[str] = set()
+        self.bytes = bytearray()
+
+    def add(self, kind: str, **thing: Any) -> int:
+        """Put a thing into one of the JSON lists; returns its number."""
+        things = self.lists.setdefault(kind, [])
+        things.append({name: value for name, value in thing.items() if value is not None})
+        return len(things) - 1
+
+    def piece(self, content: bytes, target: int | None = None) -> int:
+        """Bytes as a view of the buffer, on a boundary of 4."""
+        self.bytes += b"\0" * (-len(self.bytes) % 4)
+        view = self.add("bufferViews", buffer=0, byteOffset=len(self.bytes), byteLength=len(content), target=target)
+        self.bytes += content
+        return view
+
+    def array(self, values: NDArray, target: int | None = None, bounds: bool = False) -> int:
+        """An array of 32-bit numbers, or of indices, as an accessor."""
+        values = np.ascontiguousarray(values)
+        kind = {"f": FLOAT, "u": SHORT if values.itemsize == 2 else INT}[values.dtype.kind]
+        return self.add(
+            "accessors",
+            bufferView=self.piece(values.tobytes(), target),
+            componentType=kind,
+            count=len(values),
+            type=KINDS[values.shape[1:]],
+            min=np.atleast_1d(values.min(axis=0)).tolist() if bounds else None,
+            max=np.atleast_1d(values.max(axis=0)).tolist() if bounds else None,
+        )
+
+    def animate(self, node: int, path: str, values: NDArray, stepped: bool) -> None:
+        """Let a node's `path` follow values (T, ...); what never changes is left to the node itself."""
+        values = np.round(values, 9).astype(np.float32)
+        values = np.concatenate([values, values[-1:]])
+        changes = np.append(True, (np.diff(values, axis=0) != 0).reshape(len(values) - 1, -1).any(axis=1))
+        if not changes[1:].any():
+            return
+        if stepped:
+            kept = changes
+        else:  # both ends of every hold
+            kept = changes | np.append(changes[1:], True)
+        kept[-1] = True
+        at = self.array(np.asarray(self.times[kept], np.float32), bounds=True)
+        output = self.array(values[kept].ravel() if path == "weights" else values[kept])
+        interpolation = "STEP" if stepped else "LINEAR"
+        self.samplers.append({"input": at, "output": output, "interpolation": interpolation})
+        self.channels.append({"sampler": len(self.samplers) - 1, "target": {"node": node, "path": path}})
+
+    def finished(self, notes: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
+        """The whole JSON but for the place of its buffer, and the buffer."""
+        if self.channels:
+            self.add("animations", name="performance", channels=self.channels, samplers=self.samplers)
+        content = {
+            "asset": {"version": "2.0", "generator": "tooncap", "extras": notes},
+            "scene": 0,
+            "scenes": [{"name": "stage", "nodes": self.roots}],
+            **self.lists,
+        }
+        if self.extensions:
+            content["extensionsUsed"] = sorted(self.extensions)
+        return content, bytes(self.bytes + b"\0" * (-len(self.bytes) % 4))
+
+
+def _add_body(file: _File, body: Body) -> int:
+    """A body's meshes, nodes and curves, from the inside out; returns the number of its outermost node."""
+    stepped = plays_in_steps(body)
+    arrays, weights = _between_zero_and_one(body)
+    meshes = _add_meshes(file, body, arrays, weights)
+    way = nodes(body.place)
+    if len(meshes) == 1:
+        inside, meshed = {"mesh": meshes[0]}, []
+    else:
+        meshed = [file.add("nodes", name=f"{body.name}.look {n}", mesh=mesh) for n, mesh in enumerate(meshes)]
+        inside = {"children": meshed}
+        for number, node in enumerate(meshed):
+            _show(file, node, body.worn == number)
+    if np.abs(way.inner - [0, 0, 0, 1]).max() > NEVER:
+        inner = file.add("nodes", name=f"{body.name}.shape", rotation=way.inner[0].tolist(), **inside)
+        file.animate(inner, "rotation", way.inner, stepped)
+        inside, meshed = {"children": [inner]}, meshed or [inner]
+    place = _add_place(file, f"{body.name}.place", way, stepped, inside)
+    for node in meshed or [place]:
+        file.animate(node, "weights", weights, stepped)
+    return _add_part(file, body, place)
+
+
+def _add_place(file: _File, name: str, way: Nodes, stepped: bool, inside: dict[str, Any]) -> int:
+    curves = {"translation": way.translation, "rotation": way.rotation, "scale": way.scale}
+    node = file.add("nodes", name=name, **{path: values[0].tolist() for path, values in curves.items()}, **inside)
+    for path, values in curves.items():
+        file.animate(node, path, values, stepped)
+    return node
+
+
+def _add_part(file: _File, body: Body, place: int) -> int:
+    depth = np.zeros(len(body.place)) if body.depth is None else body.depth
+    nearer = np.column_stack([np.zeros((len(depth), 2)), depth])
+    node = file.add("nodes", name=body.name, translation=nearer[0].tolist(), children=[place])
+    file.animate(node, "translation", nearer, stepped=True)
+    if body.visible is not None:
+        _show(file, node, body.visible)
+    return node
+
+
+def _show(file: _File, node: int, seen: NDArray) -> None:
+    """Stretch a node to nothing in the frames where it is not seen: readers draw no such node."""
+    if not seen.all():
+        sizes = np.repeat(np.where(seen, 1.0, 0.0)[:, None], 3, axis=1)
+        file.lists["nodes"][node]["scale"] = sizes[0].tolist()
+        file.animate(node, "scale", sizes, stepped=True)
+
+
+def plays_in_steps(body: Body) -> bool:
+    """Whether so many frames hold the drawing before that the body is animated on twos or threes."""
+    drawings = np.concatenate([body.weights, body.place.reshape(len(body.place), -1)], axis=1)
+    held = np.abs(np.diff(drawings, axis=0)).max(axis=1, initial=0) < NEVER
+    moving = np.flatnonzero(~held)  # a pause before or after the action is no hold
+    return bool(len(moving)) and held[moving[0] : moving[-1] + 1].mean() > HELD
+
+
+def _between_zero_and_one(body: Body) -> tuple[dict[str, Any], NDArray]:
+    """Base, targets and weights (T, D') for targets whose weights run from 0 to 1, and what the extras tell of it."""
+    low, high = body.weights.min(axis=0), body.weights.max(axis=0)
+    low[0], high[0] = 0, 0  # the base's own weight is what the others leave of 1
+    away = np.abs(body.shapes - body.shapes[0]).max(axis=(1, 2)) * (high - low)
+    used = np.flatnonzero(away > NEVER * np.ptp(body.shapes[0], axis=0).max())
+    weights = np.clip((body.weights[:, used] - low[used]) / (high - low)[used], 0, 1)
+    arrays = {"names": [body.shape_names[number] for number in used]}
+    arrays["ranges"] = np.column_stack([low, high])[used].tolist()
+    for which, values in (("POSITION", body.shapes), ("NORMAL", body.normals)):
+        if values is not None:
+            deltas = values - values[0]
+            base = values[0] + np.tensordot(low, deltas, axes=1)
+            arrays[which] = [base, *((high - low)[used, None, None] * deltas[used])]
+    return arrays, weights
+
+
+def _add_meshes(file: _File, body: Body, arrays: dict[str, Any], weights: NDArray) -> list[int]:
+    """One mesh for every look, or one plain one; all share their points."""
+    stored: list[dict[str, int]] = [{} for _ in arrays["POSITION"]]
+    for which in ("POSITION", "NORMAL"):
+        for attributes, values in zip(stored, arrays.get(which, ()), strict=False):
+            attributes[which] = file.array(np.asarray(values, np.float32), VERTICES, bounds=True)
+    size = np.uint16 if body.shapes.shape[1] < 2**16 - 1 else np.uint32
+    faces = file.array(body.faces.ravel().astype(size), FACES)
+    extras = {"targetNames": arrays["names"], "targetRanges": arrays["ranges"], **body.notes}
+    meshes = []
+    for look in body.looks or (None,):
+        attributes = dict(stored[0])
+        if look is not None:
+            attributes["TEXCOORD_0"] = file.array(np.asarray(look.uv, np.float32), VERTICES)
+        primitive = {"attributes": attributes, "indices": faces, "material": _add_material(file, body, look)}
+        if len(stored) > 1:
+            primitive["targets"] = stored[1:]
+        meshes.append(
+            file.add(
+                "meshes",
+                name=body.name,
+                primitives=[primitive],
+                weights=weights[0].tolist() or None,
+                extras=extras,
+            )
+        )
+    return meshes
+
+
+def _add_material(file: _File, body: Body, look: Look | None) -> int:
+    """A drawing shows its own colours, whatever the light; both sides, for a mirrored one shows its back."""
+    red, green, blue, alpha = body.color
+    surface: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
+    surface["baseColorFactor"] = [*(_linear(channel) for channel in (red, green, blue)), alpha]
+    clear = alpha < 1
+    if look is not None:
+        surface["baseColorTexture"] = {"index": _add_texture(file, body.name, look)}
+        clear |= bool((look.texture[..., 3] < 255).any())
+    unlit = body.normals is None
+    if unlit:
+        file.extensions.add("KHR_materials_unlit")
+    return file.add(
+        "materials",
+        name=body.name,
+        pbrMetallicRoughness=surface,
+        alphaMode="BLEND" if clear else None,
+        doubleSided=True,
+        extensions={"KHR_materials_unlit": {}} if unlit else None,
+    )
+
+
+def _add_texture(file: _File, name: str, look: Look) -> int:
+    import cv2
+
+    good, png = cv2.imencode(".png", cv2.cvtColor(look.texture, cv2.COLOR_RGBA2BGRA))
+    assert good
+    image = file.add("images", name=name, mimeType="image/png", bufferView=file.piece(png.tobytes()))
+    if "samplers" not in file.lists:
+        file.add("samplers", magFilter=9729, minFilter=9987, wrapS=33071, wrapT=33071)  # smooth, and no repeats
+    return file.add("textures", sampler=0, source=image)
+
+
+def _add_camera(file: _File, aspect: float) -> int:
+    """A camera in front of the stage that sees it without perspective, from edge to edge."""
+    lens = {"xmag": 0.5 * aspect, "ymag": 0.5, "znear": 0.01, "zfar": 20.0}
+    camera = file.add("cameras", name="stage", type="orthographic", orthographic=lens)
+    return file.add("nodes", name="stage", camera=camera, translation=[0.0, 0.5, 10.0])
+
+
+def _linear(channel: float) -> float:
+    """A colour channel of a picture (sRGB) as light."""
+    return channel / 12.92 if channel <= 0.04045 else ((channel + 0.055) / 1.055) ** 2.4
+
+
+def _container(content: dict[str, Any], binary: bytes) -> bytes:
+    """The *.glb file: a header, the JSON and the bytes, each on a boundary of 4."""
+    content["buffers"] = [{"byteLength": len(binary)}]
+    text = json.dumps(content, separators=(",", ":"), allow_nan=False).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def _text(content: dict[str, Any], binary: bytes) -> bytes:
+    """The *.gltf file: JSON to read, the bytes in it as text."""
+    uri = "data:application/octet-stream;base64," + base64.b64encode(binary).decode()
+    content["buffers"] = [{"byteLength": len(binary), "uri": uri}]
+    return json.dumps(content, indent=1, allow_nan=False).encode()
