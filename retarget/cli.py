@@ -279,7 +279,8 @@ def retarget(
     motion
         The *.motion.json that was captured.
     out
-        What to make: .mp4, .webm (with alpha), .gif, a folder of PNG, or .csv for the curves.
+        What to make: .mp4, .webm (with alpha), .gif, a folder of PNG, .glb or .gltf for 3-D programs and the web, or
+        .csv for the curves.
     cast
         A *.cast.toml that says which drawing plays which key of which part.
     drawing
@@ -296,6 +297,7 @@ def retarget(
     from capture.pictures.encode import write_clip
     from capture.progress import progress, working
     from retarget.characters import cast as casting
+    from retarget.export.gltf import write_glb
     from retarget.export.tables import write_csv
     from retarget.stage import draw2d
     from retarget.stage.perform import perform
@@ -316,10 +318,14 @@ def retarget(
         chosen = casting.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
     with working("learning the drawings"):
         performance = perform(captured, casting.targets(chosen, captured))
+    parts = ", ".join(part.name for part in chosen.parts)
+    if out.suffix in (".glb", ".gltf"):
+        with working("meshing the drawings"):
+            write_glb(performance, out)
+        return f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new bodies play {parts}"
     behind = casting.backdrop(chosen) if background is None else background_of(background)
     frames = draw2d.draw_frames(performance, behind, size)
     count = write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
-    parts = ", ".join(part.name for part in chosen.parts)
     return f"{out}: {count} frames at {captured.fps:.4g} a second, new drawings play {parts}"
 
 
