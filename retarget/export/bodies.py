@@ -27,11 +27,30 @@ from retarget.export.nodes import lifted
 from retarget.export.sheets import Look, Sheets
 from retarget.stage.perform import Performance, Role
 
-BETWEEN_LAYERS = 0.001
-"""What is drawn later lies this much nearer to the viewer, in canvas heights."""
+BETWEEN_LAYERS = 0.01
+"""A part that is drawn later lies this much nearer to the viewer, in canvas heights; its elements share the room.
+
+Programs that trace rays do not know a drawn order, they only know depth.
+"""
 
 EXACT = 1e-5
 """Points of a body are within this share of its size of the role's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """Joints inside a body: its place moves their roots, and each vertex follows the joints it is bound to.
+
+    A vertex goes to sum_j share_j . world_j . inverse_bind_j . v, world_j made of the turns of j and all above it.
+    """
+
+    names: tuple[str, ...]  # J
+    parents: tuple[int, ...]  # J, -1 for a root; parents come first
+    translation: NDArray  # (T, J, 3) from the parent joint
+    rotation: NDArray  # (T, J, 4) quaternions (x, y, z, w), against the parent joint
+    inverse_bind: NDArray  # (J, 3, 4) from the body's own space to the joint's
+    joints: NDArray  # (V, 4) int, the joints a vertex follows
+    shares: NDArray  # (V, 4), rows sum to 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +69,7 @@ class Body:
     depth: NDArray | None = None  # (T,) how much nearer to the viewer it is drawn; None is 0
     color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)  # times the look, where there is one; sRGB
     normals: NDArray | None = None  # (D, V, 3) of a lit body; None is a drawing, shown in its own colours
+    skin: Skin | None = None  # with one look at most
     notes: dict[str, Any] = field(default_factory=dict)  # plain data for the file's extras
 
 
@@ -78,25 +98,25 @@ def stage_to_space(size: tuple[int, int]) -> NDArray:
 def _body(role: Role, size: tuple[int, int], depth: NDArray) -> Body:
     shown = {"visible": role.visible, "depth": depth, "notes": _notes(role)}
     if isinstance(role.target, Bent):
-        vertices, faces, look = sheets.of_bent(role.target, role.scale * role.target.unit)
-        return _baked(role.target.part, _bent(role, vertices), size, faces, looks=(look,), **shown)
-    worn = _sheets(role)
+        dress = sheets.of_bent(role.target, role.scale * role.target.unit)
+        return _baked(role.target.part, _bent(role, dress.shapes[0]), size, dress, **shown)
+    dress = _sheets(role)
+    shown["worn"] = role.weights.argmax(axis=1) if len(dress.looks) > 1 else None
     mixed = np.tensordot(role.mixed, role.target.shapes(role.rows), axes=1)  # (T, M, 2)
     placed = affine.fit(mixed, role.points)
     left = role.points - affine.apply(placed, mixed)
-    shown |= {"looks": worn.looks, "worn": role.weights.argmax(axis=1) if len(worn.looks) > 1 else None}
     if np.abs(left).max() > EXACT * np.ptp(role.points, axis=1).max():  # staged point by point
-        vertices = affine.apply(placed, np.tensordot(role.mixed, worn.shapes, axes=1))
+        vertices = affine.apply(placed, np.tensordot(role.mixed, dress.shapes, axes=1))
         mesh = left[:, : role.target.keys.points.shape[1]]
-        vertices += np.stack([worn.carry @ moved for moved in mesh])
-        return _baked(role.target.part, vertices, size, worn.faces, **shown)
+        vertices += np.stack([dress.carry @ moved for moved in mesh])
+        return _baked(role.target.part, vertices, size, dress, **shown)
     low, high = role.target.box
     foot, unit = np.array([0.5 * (low[0] + high[0]), high[1]]), role.scale / size[1]
     own = np.array([[unit, 0, -unit * foot[0]], [0, -unit, unit * foot[1]]])
     place = affine.compose(affine.compose(stage_to_space(size), placed), affine.invert(own))
     names = tuple(_row_name(row, role.target.keys.names) for row in role.rows)
-    shapes = _flat(affine.apply(own, worn.shapes))
-    return Body(role.target.part, names, shapes, role.mixed, lifted(place), worn.faces, **shown)
+    shapes = _layered(affine.apply(own, dress.shapes), dress)
+    return Body(role.target.part, names, shapes, role.mixed, lifted(place), dress.faces, looks=dress.looks, **shown)
 
 
 def _sheets(role: Role) -> Sheets:
@@ -116,7 +136,7 @@ def _bent(role: Role, vertices: NDArray) -> NDArray:
     return np.stack([riding.along_line(line, role.scale * riding.unit) for line in centre_lines(role.mesh())])
 
 
-def _baked(name: str, points: NDArray, size: tuple[int, int], faces: NDArray, **shown: Any) -> Body:
+def _baked(name: str, points: NDArray, size: tuple[int, int], dress: Sheets, **shown: Any) -> Body:
     """A body from its vertices on the stage (T, V, 2) alone: the affine part of the way, and shapes for the rest.
 
     The shapes are the fewest that bring every frame back, found by a singular value decomposition.
@@ -128,17 +148,19 @@ def _baked(name: str, points: NDArray, size: tuple[int, int], faces: NDArray, **
     bends = affine.apply(affine.invert(place), points) - base  # (T, V, 2)
     u, sigma, vt = np.linalg.svd(bends.reshape(len(points), -1), full_matrices=False)
     height = np.ptp(base, axis=0).max()
-    count = int((sigma > EXACT * height).sum())  # no vertex is off by more than the singular values left out
+    left_out = np.sqrt(np.cumsum(sigma[::-1] ** 2))[::-1]  # no vertex is off by more in any frame
+    count = int((left_out > EXACT * height).sum())
     shares, modes = u[:, :count] * sigma[:count] / height, vt[:count].reshape(count, -1, 2) * height
     weights = np.column_stack([1 - shares.sum(axis=1), shares])
     names = ("base", *(f"bend {number}" for number in range(1, count + 1)))
-    shapes = _flat(np.concatenate([base[None], base + modes]))
-    return Body(name, names, shapes, weights, lifted(place), faces, **shown)
+    shapes = _layered(np.concatenate([base[None], base + modes]), dress)
+    return Body(name, names, shapes, weights, lifted(place), dress.faces, looks=dress.looks, **shown)
 
 
-def _flat(points: NDArray) -> NDArray:
-    """Points of the plane (..., 2) as points of space (..., 3)."""
-    return np.concatenate([points, np.zeros((*points.shape[:-1], 1))], axis=-1)
+def _layered(points: NDArray, dress: Sheets) -> NDArray:
+    """Points of the plane (D, V, 2) as points of space (D, V, 3), each element a little before the one behind it."""
+    depth = np.broadcast_to(0.9 * BETWEEN_LAYERS * dress.level, points.shape[:-1])
+    return np.concatenate([points, depth[..., None]], axis=-1)
 
 
 def _row_name(row: NDArray, names: tuple[str, ...]) -> str:

@@ -4,7 +4,9 @@ Every body is a mesh whose morph targets are its shapes, under nodes that travel
 
     part            nearer to the viewer in drawn order; stretched to nothing where it is not seen
     part.place      travel, turn and stretch of the captured affine map ...
-    part.shape      ... and the inner turn that shear needs (`nodes`); the mesh hangs here
+    part.shape      ... and the inner turn that shear needs (`nodes`); the mesh hangs here, or the joints
+
+A mesh with a skin hangs on nothing: readers place it by its joints alone, so the captured map sits above those.
 
 Weights are kept between 0 and 1, because Blender cuts off what lies outside.  With least and greatest weights lo and hi
 over the frames, the base is S_0 + sum lo_d (S_d - S_0), a target is (hi_d - lo_d) (S_d - S_0) and its weight is
@@ -16,9 +18,6 @@ Any other is played smoothly from frame to frame.  Either way every frame of the
 drawing stays for its own duration.
 """
 
-import base64
-import json
-import struct
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.files import written_beside
+from retarget.export import glb
 from retarget.export.bodies import Body, bodies
+from retarget.export.glb import FACES, VERTICES, File
 from retarget.export.nodes import Nodes, nodes
 from retarget.export.sheets import Look
 from retarget.stage.perform import Performance
@@ -36,10 +37,6 @@ HELD = 0.3
 
 NEVER = 1e-7
 """A weight that changes less than this over the whole clip does not change."""
-
-FLOAT, SHORT, INT = 5126, 5123, 5125  # component types
-VERTICES, FACES = 34962, 34963  # what a piece of the buffer is for
-KINDS = {(): "SCALAR", (2,): "VEC2", (3,): "VEC3", (4,): "VEC4"}
 
 
 def write_glb(performance: Performance, path: str | Path) -> None:
@@ -66,97 +63,29 @@ def write_bodies(
 
     With an `aspect`, width by height of the stage, a camera is put that shows just the stage.
     """
-    file = _File(times, fps)
+    file = File(times, fps)
     for body in acting:
         file.roots.append(_add_body(file, body))
     if aspect is not None:
         file.roots.append(_add_camera(file, aspect))
     content, binary = file.finished(notes or {})
     with written_beside(path) as temporary:
-        whole = _text if Path(path).suffix == ".gltf" else _container
+        whole = glb.text if Path(path).suffix == ".gltf" else glb.container
         temporary.write_bytes(whole(content, binary))
 
 
-class _File:
-    """A glTF file in the making: its JSON lists, and the bytes that they point into."""
-
-    def __init__(self, times: NDArray, fps: float) -> None:
-        times = np.asarray(times, float)
-        self.times = np.append(times, times[-1] + 1 / fps) - times[0]  # the last drawing has a duration too
-        self.roots: list[int] = []
-        self.lists: dict[str, list[dict[str, Any]]] = {}
-        self.channels: list[dict[str, Any]] = []
-        self.samplers: list[dict[str, Any]] = []
-        self.extensions: set[str] = set()
-        self.bytes = bytearray()
-
-    def add(self, kind: str, **thing: Any) -> int:
-        """Put a thing into one of the JSON lists; returns its number."""
-        things = self.lists.setdefault(kind, [])
-        things.append({name: value for name, value in thing.items() if value is not None})
-        return len(things) - 1
-
-    def piece(self, content: bytes, target: int | None = None) -> int:
-        """Bytes as a view of the buffer, on a boundary of 4."""
-        self.bytes += b"\0" * (-len(self.bytes) % 4)
-        view = self.add("bufferViews", buffer=0, byteOffset=len(self.bytes), byteLength=len(content), target=target)
-        self.bytes += content
-        return view
-
-    def array(self, values: NDArray, target: int | None = None, bounds: bool = False) -> int:
-        """An array of 32-bit numbers, or of indices, as an accessor."""
-        values = np.ascontiguousarray(values)
-        kind = {"f": FLOAT, "u": SHORT if values.itemsize == 2 else INT}[values.dtype.kind]
-        return self.add(
-            "accessors",
-            bufferView=self.piece(values.tobytes(), target),
-            componentType=kind,
-            count=len(values),
-            type=KINDS[values.shape[1:]],
-            min=np.atleast_1d(values.min(axis=0)).tolist() if bounds else None,
-            max=np.atleast_1d(values.max(axis=0)).tolist() if bounds else None,
-        )
-
-    def animate(self, node: int, path: str, values: NDArray, stepped: bool) -> None:
-        """Let a node's `path` follow values (T, ...); what never changes is left to the node itself."""
-        values = np.round(values, 9).astype(np.float32)
-        values = np.concatenate([values, values[-1:]])
-        changes = np.append(True, (np.diff(values, axis=0) != 0).reshape(len(values) - 1, -1).any(axis=1))
-        if not changes[1:].any():
-            return
-        if stepped:
-            kept = changes
-        else:  # both ends of every hold
-            kept = changes | np.append(changes[1:], True)
-        kept[-1] = True
-        at = self.array(np.asarray(self.times[kept], np.float32), bounds=True)
-        output = self.array(values[kept].ravel() if path == "weights" else values[kept])
-        interpolation = "STEP" if stepped else "LINEAR"
-        self.samplers.append({"input": at, "output": output, "interpolation": interpolation})
-        self.channels.append({"sampler": len(self.samplers) - 1, "target": {"node": node, "path": path}})
-
-    def finished(self, notes: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
-        """The whole JSON but for the place of its buffer, and the buffer."""
-        if self.channels:
-            self.add("animations", name="performance", channels=self.channels, samplers=self.samplers)
-        content = {
-            "asset": {"version": "2.0", "generator": "tooncap", "extras": notes},
-            "scene": 0,
-            "scenes": [{"name": "stage", "nodes": self.roots}],
-            **self.lists,
-        }
-        if self.extensions:
-            content["extensionsUsed"] = sorted(self.extensions)
-        return content, bytes(self.bytes + b"\0" * (-len(self.bytes) % 4))
-
-
-def _add_body(file: _File, body: Body) -> int:
+def _add_body(file: File, body: Body) -> int:
     """A body's meshes, nodes and curves, from the inside out; returns the number of its outermost node."""
     stepped = plays_in_steps(body)
     arrays, weights = _between_zero_and_one(body)
     meshes = _add_meshes(file, body, arrays, weights)
     way = nodes(body.place)
-    if len(meshes) == 1:
+    if body.skin is not None:
+        roots, skin = _add_joints(file, body, stepped)
+        meshed = [file.add("nodes", name=f"{body.name}.skin", mesh=meshes[0], skin=skin)]
+        file.roots += meshed
+        inside: dict[str, Any] = {"children": roots}
+    elif len(meshes) == 1:
         inside, meshed = {"mesh": meshes[0]}, []
     else:
         meshed = [file.add("nodes", name=f"{body.name}.look {n}", mesh=mesh) for n, mesh in enumerate(meshes)]
@@ -173,7 +102,25 @@ def _add_body(file: _File, body: Body) -> int:
     return _add_part(file, body, place)
 
 
-def _add_place(file: _File, name: str, way: Nodes, stepped: bool, inside: dict[str, Any]) -> int:
+def _add_joints(file: File, body: Body, stepped: bool) -> tuple[list[int], int]:
+    """A skin's joints as nodes; returns the numbers of the outermost ones and of the skin."""
+    skin = body.skin
+    made: list[int] = []
+    for number, (name, parent) in enumerate(zip(skin.names, skin.parents, strict=True)):
+        curves = {"translation": skin.translation[:, number], "rotation": skin.rotation[:, number]}
+        made.append(file.add("nodes", name=name, **{path: values[0].tolist() for path, values in curves.items()}))
+        for path, values in curves.items():
+            file.animate(made[-1], path, values, stepped)
+        if parent >= 0:
+            file.lists["nodes"][made[parent]].setdefault("children", []).append(made[-1])
+    bind = np.tile(np.eye(4, dtype=np.float32), (len(made), 1, 1))
+    bind[:, :3] = skin.inverse_bind
+    columns = file.array(np.swapaxes(bind, 1, 2))  # matrices are stored column by column
+    roots = [node for node, parent in zip(made, skin.parents, strict=True) if parent < 0]
+    return roots, file.add("skins", name=body.name, joints=made, inverseBindMatrices=columns)
+
+
+def _add_place(file: File, name: str, way: Nodes, stepped: bool, inside: dict[str, Any]) -> int:
     curves = {"translation": way.translation, "rotation": way.rotation, "scale": way.scale}
     node = file.add("nodes", name=name, **{path: values[0].tolist() for path, values in curves.items()}, **inside)
     for path, values in curves.items():
@@ -181,7 +128,7 @@ def _add_place(file: _File, name: str, way: Nodes, stepped: bool, inside: dict[s
     return node
 
 
-def _add_part(file: _File, body: Body, place: int) -> int:
+def _add_part(file: File, body: Body, place: int) -> int:
     depth = np.zeros(len(body.place)) if body.depth is None else body.depth
     nearer = np.column_stack([np.zeros((len(depth), 2)), depth])
     node = file.add("nodes", name=body.name, translation=nearer[0].tolist(), children=[place])
@@ -191,7 +138,7 @@ def _add_part(file: _File, body: Body, place: int) -> int:
     return node
 
 
-def _show(file: _File, node: int, seen: NDArray) -> None:
+def _show(file: File, node: int, seen: NDArray) -> None:
     """Stretch a node to nothing in the frames where it is not seen: readers draw no such node."""
     if not seen.all():
         sizes = np.repeat(np.where(seen, 1.0, 0.0)[:, None], 3, axis=1)
@@ -201,7 +148,10 @@ def _show(file: _File, node: int, seen: NDArray) -> None:
 
 def plays_in_steps(body: Body) -> bool:
     """Whether so many frames hold the drawing before that the body is animated on twos or threes."""
-    drawings = np.concatenate([body.weights, body.place.reshape(len(body.place), -1)], axis=1)
+    curves = [body.weights, body.place]
+    if body.skin is not None:
+        curves += [body.skin.translation, body.skin.rotation]
+    drawings = np.concatenate([values.reshape(len(values), -1) for values in curves], axis=1)
     held = np.abs(np.diff(drawings, axis=0)).max(axis=1, initial=0) < NEVER
     moving = np.flatnonzero(~held)  # a pause before or after the action is no hold
     return bool(len(moving)) and held[moving[0] : moving[-1] + 1].mean() > HELD
@@ -224,12 +174,15 @@ def _between_zero_and_one(body: Body) -> tuple[dict[str, Any], NDArray]:
     return arrays, weights
 
 
-def _add_meshes(file: _File, body: Body, arrays: dict[str, Any], weights: NDArray) -> list[int]:
+def _add_meshes(file: File, body: Body, arrays: dict[str, Any], weights: NDArray) -> list[int]:
     """One mesh for every look, or one plain one; all share their points."""
     stored: list[dict[str, int]] = [{} for _ in arrays["POSITION"]]
     for which in ("POSITION", "NORMAL"):
         for attributes, values in zip(stored, arrays.get(which, ()), strict=False):
             attributes[which] = file.array(np.asarray(values, np.float32), VERTICES, bounds=True)
+    if body.skin is not None:
+        stored[0]["JOINTS_0"] = file.array(body.skin.joints.astype(np.uint16), VERTICES)
+        stored[0]["WEIGHTS_0"] = file.array(body.skin.shares.astype(np.float32), VERTICES)
     size = np.uint16 if body.shapes.shape[1] < 2**16 - 1 else np.uint32
     faces = file.array(body.faces.ravel().astype(size), FACES)
     extras = {"targetNames": arrays["names"], "targetRanges": arrays["ranges"], **body.notes}
@@ -253,7 +206,7 @@ def _add_meshes(file: _File, body: Body, arrays: dict[str, Any], weights: NDArra
     return meshes
 
 
-def _add_material(file: _File, body: Body, look: Look | None) -> int:
+def _add_material(file: File, body: Body, look: Look | None) -> int:
     """A drawing shows its own colours, whatever the light; both sides, for a mirrored one shows its back."""
     red, green, blue, alpha = body.color
     surface: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
@@ -275,7 +228,7 @@ def _add_material(file: _File, body: Body, look: Look | None) -> int:
     )
 
 
-def _add_texture(file: _File, name: str, look: Look) -> int:
+def _add_texture(file: File, name: str, look: Look) -> int:
     import cv2
 
     good, png = cv2.imencode(".png", cv2.cvtColor(look.texture, cv2.COLOR_RGBA2BGRA))
@@ -286,7 +239,7 @@ def _add_texture(file: _File, name: str, look: Look) -> int:
     return file.add("textures", sampler=0, source=image)
 
 
-def _add_camera(file: _File, aspect: float) -> int:
+def _add_camera(file: File, aspect: float) -> int:
     """A camera in front of the stage that sees it without perspective, from edge to edge."""
     lens = {"xmag": 0.5 * aspect, "ymag": 0.5, "znear": 0.01, "zfar": 20.0}
     camera = file.add("cameras", name="stage", type="orthographic", orthographic=lens)
@@ -296,19 +249,3 @@ def _add_camera(file: _File, aspect: float) -> int:
 def _linear(channel: float) -> float:
     """A colour channel of a picture (sRGB) as light."""
     return channel / 12.92 if channel <= 0.04045 else ((channel + 0.055) / 1.055) ** 2.4
-
-
-def _container(content: dict[str, Any], binary: bytes) -> bytes:
-    """The *.glb file: a header, the JSON and the bytes, each on a boundary of 4."""
-    content["buffers"] = [{"byteLength": len(binary)}]
-    text = json.dumps(content, separators=(",", ":"), allow_nan=False).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
-
-
-def _text(content: dict[str, Any], binary: bytes) -> bytes:
-    """The *.gltf file: JSON to read, the bytes in it as text."""
-    uri = "data:application/octet-stream;base64," + base64.b64encode(binary).decode()
-    content["buffers"] = [{"byteLength": len(binary), "uri": uri}]
-    return json.dumps(content, indent=1, allow_nan=False).encode()

@@ -47,15 +47,17 @@ class Sheets:
     shapes: NDArray  # (D, V, 2) for the rows that were asked for
     faces: NDArray  # (F, 3), back to front
     looks: tuple[Look, ...]  # one, or one for every key
-    carry: object  # sparse (V, N): vertices from the target's mesh points, rows sum to 1
+    level: NDArray  # (V,) 0 for the element at the back, below 1 for the one in front
+    carry: object = None  # sparse (V, N): vertices from the target's mesh points, rows sum to 1
 
 
 def of_picture(target: Picture, rows: NDArray) -> Sheets:
     """A picture's own mesh; one look for every picture it has."""
     from scipy import sparse
 
-    carry = sparse.identity(target.keys.points.shape[1], format="csr")
-    return Sheets(target.shapes(rows), target.keys.faces, tuple(_look(layer) for layer in target.layers), carry)
+    count = target.keys.points.shape[1]
+    looks = tuple(_look(layer) for layer in target.layers)
+    return Sheets(target.shapes(rows), target.keys.faces, looks, np.zeros(count), sparse.identity(count, format="csr"))
 
 
 def of_drawing(target: Drawing, rows: NDArray, scale: float) -> Sheets:
@@ -75,14 +77,15 @@ def of_drawing(target: Drawing, rows: NDArray, scale: float) -> Sheets:
     every = [target.posed(rest, only, 1.0) for only in np.eye(len(target.keys.names))]
     alike = (_painted_alike(one, two) for other in every[1:] for one, two in zip(every[0], other, strict=True))
     every = every[:1] if all(alike) else every
-    return Sheets(vertices, faces, _looks(every, first, scale * TEXELS), carry)
+    return Sheets(vertices, faces, _looks(every, first, scale * TEXELS), _levels(meshes), carry)
 
 
-def of_bent(target: Bent, scale: float) -> tuple[NDArray, NDArray, Look]:
-    """The elements of a bent drawing at rest: vertices (V, 2), faces (F, 3) and their look."""
+def of_bent(target: Bent, scale: float) -> Sheets:
+    """The elements of a bent drawing at rest, their only shape."""
     meshes, faces = _meshes([(path,) for path in target.paths])
     first = [points[0] for points in meshes]
-    return np.concatenate(first), faces, _looks([list(target.paths)], first, scale * TEXELS)[0]
+    looks = _looks([list(target.paths)], first, scale * TEXELS)
+    return Sheets(np.concatenate(meshes, axis=1), faces, looks, _levels(meshes))
 
 
 def _meshes(elements: Sequence[tuple[DrawnPath, ...]]) -> tuple[list[NDArray], NDArray]:
@@ -95,6 +98,10 @@ def _meshes(elements: Sequence[tuple[DrawnPath, ...]]) -> tuple[list[NDArray], N
         faces.append(own + start)
         start += len(mesh)
     return meshes, np.concatenate(faces)
+
+
+def _levels(meshes: list[NDArray]) -> NDArray:
+    return np.repeat(np.arange(len(meshes)) / len(meshes), [points.shape[1] for points in meshes])
 
 
 def _carried_like_controls(target: Drawing, meshes: list[NDArray]) -> object:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.spatial.transform import Rotation
 
 from capture.fit.action import capture_line
 from capture.motion import affine, keys
@@ -12,8 +13,9 @@ from capture.motion.tracks import CartoonMotion, track_of
 from retarget.characters.bend import read_bent
 from retarget.characters.drawing import read_drawing
 from retarget.characters.picture import read_picture
-from retarget.export.bodies import stage_to_space
-from retarget.export.gltf import write_glb
+from retarget.export.bodies import Body, Skin, stage_to_space
+from retarget.export.gltf import write_bodies, write_glb
+from retarget.export.nodes import lifted
 from retarget.stage.draw2d import draw
 from retarget.stage.perform import perform
 
@@ -187,6 +189,42 @@ def test_three_draws_a_drawing_bent_along_a_line(three, validate, tmp_path):
     times = frame_times(performance)
     for t, shown in enumerate(three(tmp_path / "flag.glb", times, times, SIZE).pictures):
         assert np.abs(_soft(draw(performance, t, "white")) - _soft(shown)).mean() < 0.3
+
+
+def test_three_plays_a_skin_under_morph_targets_and_a_sheared_map(three, validate, tmp_path):
+    """The equation written out here: shape first, then the joints' shares, then the map of the whole figure."""
+    rng = np.random.default_rng(5)
+    frames, count = 7, 40
+    shapes = rng.uniform(-1, 1, (3, count, 3))
+    weights = rng.uniform(-0.5, 1.5, (frames, 3))
+    weights[:, 0] += 1 - weights.sum(axis=1)
+    place = lifted(wild_maps(frames)) * [[1, 1, 1, 0.01]]
+    parents = (-1, 0, 1, 0)
+    turns = Rotation.from_rotvec(np.cumsum(rng.normal(0, 0.4, (frames, 4, 3)), axis=0).reshape(-1, 3))
+    bones = rng.normal(0, 0.5, (frames, 4, 3))
+    local = np.zeros((frames, 4, 3, 4))
+    local[..., :3], local[..., 3] = turns.as_matrix().reshape(frames, 4, 3, 3), bones
+    world = local.copy()
+    for joint, parent in enumerate(parents):
+        if parent >= 0:
+            world[:, joint] = affine.compose(world[:, parent], local[:, joint])
+    bind = affine.invert(rng.normal(0, 1, (4, 3, 4)) + np.eye(3, 4))
+    shares = rng.dirichlet(np.ones(4), count)
+    joints = np.tile(np.arange(4), (count, 1))
+    quats = turns.as_quat().reshape(frames, 4, 4)
+    skin = Skin(("hip", "knee", "foot", "tail"), parents, bones, quats, bind, joints, shares)
+    normals = np.repeat([[[0.0, 0, 1]]], count, axis=1).repeat(3, axis=0)
+    faces = np.arange(39).reshape(-1, 3)
+    body = Body("fox", ("a", "b", "c"), shapes, weights, place, faces, normals=normals, skin=skin)
+    times = np.arange(frames) / 24
+    write_bodies((body,), times, 24.0, tmp_path / "fox.glb")
+    assert_nothing_to_say(validate(tmp_path / "fox.glb"))
+    (shown,) = three(tmp_path / "fox.glb", np.float32(times).tolist()).meshes
+    for t in range(frames):
+        shape = np.tensordot(weights[t], shapes, axes=1)
+        moved = affine.apply(affine.compose(world[t], bind), shape)  # (J, V, 3)
+        truth = affine.apply(place[t], np.einsum("vj,jvx->vx", shares, moved))
+        assert np.abs(shown.points[t] - truth).max() < 1e-4 * np.ptp(truth, axis=0).max()
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".gltf"])
