@@ -66,15 +66,17 @@ def of_drawing(target: Drawing, rows: NDArray, scale: float) -> Sheets:
     The vertices go as control points do: with the limb's mesh, and straight between keys what that leaves over.
     A look for every key where the keys are painted in different colours or widths, or else one.
     """
-    meshes, faces = _meshes(target.paths)
+    shown = _shown([versions[0] for versions in target.paths])
+    meshes, faces = _meshes([target.paths[number] for number in shown])
     first = [points[0] for points in meshes]
-    carry = _carried_like_controls(target, first)
+    carry = _carried_like_controls(target, shown, first)
     aligned = affine.apply(affine.invert(target.keys.removed), np.concatenate(meshes, axis=1))
     leftover = aligned - np.stack([carry @ shape for shape in target.keys.points])
     riding = replace(target, carry=carry, leftover=leftover)
     vertices = riding.shapes(rows)[:, target.keys.points.shape[1] :]
     rest = target.shapes(np.zeros((1, 3)))[0]
     every = [target.posed(rest, only, 1.0) for only in np.eye(len(target.keys.names))]
+    every = [[drawn[number] for number in shown] for drawn in every]
     alike = (_painted_alike(one, two) for other in every[1:] for one, two in zip(every[0], other, strict=True))
     every = every[:1] if all(alike) else every
     return Sheets(vertices, faces, _looks(every, first, scale * TEXELS), _levels(meshes), carry)
@@ -82,10 +84,15 @@ def of_drawing(target: Drawing, rows: NDArray, scale: float) -> Sheets:
 
 def of_bent(target: Bent, scale: float) -> Sheets:
     """The elements of a bent drawing at rest, their only shape."""
-    meshes, faces = _meshes([(path,) for path in target.paths])
-    first = [points[0] for points in meshes]
-    looks = _looks([list(target.paths)], first, scale * TEXELS)
+    drawn = [target.paths[number] for number in _shown(target.paths)]
+    meshes, faces = _meshes([(path,) for path in drawn])
+    looks = _looks([drawn], [points[0] for points in meshes], scale * TEXELS)
     return Sheets(np.concatenate(meshes, axis=1), faces, looks, _levels(meshes))
+
+
+def _shown(drawn: Sequence[DrawnPath]) -> list[int]:
+    """The numbers of the paths that paint an area."""
+    return [number for number, path in enumerate(drawn) if paths.painted(path).area > 0]
 
 
 def _meshes(elements: Sequence[tuple[DrawnPath, ...]]) -> tuple[list[NDArray], NDArray]:
@@ -93,18 +100,33 @@ def _meshes(elements: Sequence[tuple[DrawnPath, ...]]) -> tuple[list[NDArray], N
     step = np.sqrt(silhouette_of([versions[0] for versions in elements]).area) / STEPS_ACROSS
     meshes, faces, start = [], [], 0
     for versions in elements:
-        mesh, own, _ = silhouette_mesh(silhouette_of([versions[0]]), step)
+        mesh, own = _mesh(silhouette_of([versions[0]]), step)
         meshes.append(carried_mesh(mesh, own, [list(versions)]))
         faces.append(own + start)
         start += len(mesh)
     return meshes, np.concatenate(faces)
 
 
+def _mesh(silhouette: object, step: float) -> tuple[NDArray, NDArray]:
+    """Points (n, 2) and faces (f, 3) round a silhouette, each piece meshed by itself, for a speck counts here too."""
+    import shapely
+
+    grown = silhouette.buffer(0.5 * step)
+    points, faces, start = [], [], 0
+    for piece in getattr(grown, "geoms", [grown]):
+        inside = shapely.intersection(silhouette, piece)
+        mesh, own, _ = silhouette_mesh(inside, step)
+        points.append(mesh)
+        faces.append(own + start)
+        start += len(mesh)
+    return np.concatenate(points), np.concatenate(faces)
+
+
 def _levels(meshes: list[NDArray]) -> NDArray:
     return np.repeat(np.arange(len(meshes)) / len(meshes), [points.shape[1] for points in meshes])
 
 
-def _carried_like_controls(target: Drawing, meshes: list[NDArray]) -> object:
+def _carried_like_controls(target: Drawing, shown: list[int], meshes: list[NDArray]) -> object:
     """A sparse matrix (V, N) that carries each element's vertices with the limb its control points ride on."""
     from scipy import sparse
 
@@ -112,12 +134,11 @@ def _carried_like_controls(target: Drawing, meshes: list[NDArray]) -> object:
     for number, joint in enumerate(target.joints, 1):
         limb[joint.limb] = number
     rest, faces = target.keys.points[0], target.keys.faces
-    blocks, start = [], 0
-    for versions, points in zip(target.paths, meshes, strict=True):
-        stop = start + len(versions[0].points)
-        ridden = np.bincount(limb[target.carry[start:stop].indices]).argmax()
+    starts = np.cumsum([0, *(len(versions[0].points) for versions in target.paths)])
+    blocks = []
+    for number, points in zip(shown, meshes, strict=True):
+        ridden = np.bincount(limb[target.carry[starts[number] : starts[number + 1]].indices]).argmax()
         blocks.append(embedding(rest, faces[limb[faces[:, 0]] == ridden], points))
-        start = stop
     return sparse.vstack(blocks, format="csr")
 
 

@@ -194,6 +194,24 @@ def test_a_drawing_with_all_weight_on_a_key_lies_where_that_key_was_drawn(tmp_pa
         assert np.abs(found - role.points[1, ends]).max() < 0.3  # pixels
 
 
+def test_a_speck_far_from_the_rest_of_its_element_is_meshed_and_an_empty_element_is_none(tmp_path, by_hand):
+    """One path of a large square and a speck; after it a path that paints nothing."""
+    paths = "M100 100 L200 100 L200 200 L100 200 Z M40 40 L41 40 L41 41 L40 41 Z"
+    (tmp_path / "dot.svg").write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="320" height="240"><path d="{paths}" fill="red"/>'
+        '<path d="M100 100 L150 100 Z" fill="blue"/></svg>',
+        encoding="utf-8",
+    )
+    target = read_drawing("egg", ("sit",), [tmp_path / "dot.svg"])
+    performance = perform(by_hand.motion(by_hand.still(), [[1.0]], names=("sit",)), [target])
+    (body,) = bodies(performance)
+    (look,) = body.looks
+    used = body.shapes[0][np.unique(body.faces), :2] * 240
+    assert np.ptp(used, axis=0).min() > 100  # the character is as tall as the egg, from the speck to the square's foot
+    red = (look.texture[..., 3] > 200) & (look.texture[..., 0] == 255)
+    assert red.any() and not (look.texture[..., 2] > 0).any()
+
+
 def test_parts_lie_in_drawn_order_and_hide_when_they_are_not_seen(tmp_path, by_hand, picture):
     egg = by_hand.motion(by_hand.still(4), [[1.0, 0]] * 4, order=np.array([0, 0, 2, 2]))
     lid = by_hand.motion(
@@ -224,7 +242,10 @@ def test_a_part_on_twos_is_played_in_steps_and_one_on_ones_smoothly(tmp_path, by
         mesh = performance.roles[0].mesh()
         for t, time in enumerate(frame_times(performance)):
             assert np.abs(on_stage(performance, read.points(time)[0]) - mesh[t]).max() < 0.01
-        if way == "STEP":  # half a frame later the drawing is still the same
+        if way == "STEP":
+            drawings = {len(read.array(sampler["input"])) for sampler in samplers}
+            assert max(drawings) <= 6  # a key for each of the 5, and the end
+            # half a frame later the drawing is still the same
             (later,) = read.points(frame_times(performance)[3] + 0.5 / 24)
             assert np.abs(on_stage(performance, later) - mesh[3]).max() < 0.01
 
