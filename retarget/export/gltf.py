@@ -13,9 +13,12 @@ over the frames, the base is S_0 + sum lo_d (S_d - S_0), a target is (hi_d - lo_
 (w_d - lo_d) / (hi_d - lo_d); a shape whose weight never changes is part of the base.  Nothing is lost: the mesh's
 extras hold lo and hi, and the weights folded onto the keys.
 
-A part that holds its drawings, animated on twos, is played in steps: programs would draw in-betweens that nobody drew.
-Any other is played smoothly from frame to frame.  Either way every frame of the clip is met exactly, and the last
-drawing stays for its own duration.
+What holds its drawings, animated on twos, is played in steps: programs would draw in-betweens that nobody drew.
+Anything else is played smoothly from frame to frame; shapes and places are judged apart, for a drawing may be held
+while the camera pans.  Either way every frame of the clip is met exactly, and the last drawing stays for its own
+duration.
+
+A file takes 12 bytes for every vertex and used shape: a drawing of 40 elements in 20 shapes half a megabyte.
 """
 
 from pathlib import Path
@@ -31,9 +34,6 @@ from retarget.export.glb import FACES, VERTICES, File
 from retarget.export.nodes import Nodes, nodes
 from retarget.export.sheets import Look
 from retarget.stage.perform import Performance
-
-HELD = 0.3
-"""A part of which more than this share of the frames hold the drawing before is played in steps."""
 
 NEVER = 1e-7
 """A weight that changes less than this over the whole clip does not change."""
@@ -76,12 +76,12 @@ def write_bodies(
 
 def _add_body(file: File, body: Body) -> int:
     """A body's meshes, nodes and curves, from the inside out; returns the number of its outermost node."""
-    stepped = plays_in_steps(body)
+    stepped = plays_in_steps(body.place)
     arrays, weights = _between_zero_and_one(body)
     meshes = _add_meshes(file, body, arrays, weights)
     way = nodes(body.place)
     if body.skin is not None:
-        roots, skin = _add_joints(file, body, stepped)
+        roots, skin = _add_joints(file, body)
         meshed = [file.add("nodes", name=f"{body.name}.skin", mesh=meshes[0], skin=skin)]
         file.roots += meshed
         inside: dict[str, Any] = {"children": roots}
@@ -98,13 +98,14 @@ def _add_body(file: File, body: Body) -> int:
         inside, meshed = {"children": [inner]}, meshed or [inner]
     place = _add_place(file, f"{body.name}.place", way, stepped, inside)
     for node in meshed or [place]:
-        file.animate(node, "weights", weights, stepped)
+        file.animate(node, "weights", weights, plays_in_steps(body.weights))
     return _add_part(file, body, place)
 
 
-def _add_joints(file: File, body: Body, stepped: bool) -> tuple[list[int], int]:
+def _add_joints(file: File, body: Body) -> tuple[list[int], int]:
     """A skin's joints as nodes; returns the numbers of the outermost ones and of the skin."""
     skin = body.skin
+    stepped = plays_in_steps(skin.translation, skin.rotation)
     made: list[int] = []
     for number, (name, parent) in enumerate(zip(skin.names, skin.parents, strict=True)):
         curves = {"translation": skin.translation[:, number], "rotation": skin.rotation[:, number]}
@@ -146,15 +147,16 @@ def _show(file: File, node: int, seen: NDArray) -> None:
         file.animate(node, "scale", sizes, stepped=True)
 
 
-def plays_in_steps(body: Body) -> bool:
-    """Whether so many frames hold the drawing before that the body is animated on twos or threes."""
-    curves = [body.weights, body.place]
-    if body.skin is not None:
-        curves += [body.skin.translation, body.skin.rotation]
-    drawings = np.concatenate([values.reshape(len(values), -1) for values in curves], axis=1)
-    held = np.abs(np.diff(drawings, axis=0)).max(axis=1, initial=0) < NEVER
-    moving = np.flatnonzero(~held)  # a pause before or after the action is no hold
-    return bool(len(moving)) and held[moving[0] : moving[-1] + 1].mean() > HELD
+def plays_in_steps(*curves: NDArray) -> bool:
+    """Whether most drawings stay for longer than a frame, as on twos, in curves (T, ...) that change together.
+
+    What stands before the first change and after the last is a pause, not a held drawing, and does not count; nor
+    does a pause between two actions, which is but one drawing.
+    """
+    values = np.concatenate([curve.reshape(len(curve), -1) for curve in curves], axis=1)
+    changes = 1 + np.flatnonzero(np.abs(np.diff(values, axis=0)).max(axis=1, initial=0) > NEVER)
+    stays = np.diff(changes) if len(changes) > 1 else np.diff([0, *changes, len(values)])
+    return bool((stays > 1).mean() > 0.5)
 
 
 def _between_zero_and_one(body: Body) -> tuple[dict[str, Any], NDArray]:
@@ -229,14 +231,23 @@ def _add_material(file: File, body: Body, look: Look | None) -> int:
 
 
 def _add_texture(file: File, name: str, look: Look) -> int:
-    import cv2
-
-    good, png = cv2.imencode(".png", cv2.cvtColor(look.texture, cv2.COLOR_RGBA2BGRA))
-    assert good
-    image = file.add("images", name=name, mimeType="image/png", bufferView=file.piece(png.tobytes()))
+    kind, content = _encoded(look.texture)
+    image = file.add("images", name=name, mimeType=kind, bufferView=file.piece(content))
     if "samplers" not in file.lists:
         file.add("samplers", magFilter=9729, minFilter=9987, wrapS=33071, wrapT=33071)  # smooth, and no repeats
     return file.add("textures", sampler=0, source=image)
+
+
+def _encoded(texture: NDArray) -> tuple[str, bytes]:
+    """A texture as PNG, or as JPEG where it has no alpha and that halves it, as with a photograph."""
+    import cv2
+
+    pixels = cv2.cvtColor(texture, cv2.COLOR_RGBA2BGRA)
+    png = cv2.imencode(".png", pixels)[1].tobytes()
+    if (texture[..., 3] < 255).any():
+        return "image/png", png
+    jpeg = cv2.imencode(".jpg", pixels[..., :3], [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
+    return ("image/jpeg", jpeg) if 2 * len(jpeg) < len(png) else ("image/png", png)
 
 
 def _add_camera(file: File, aspect: float) -> int:

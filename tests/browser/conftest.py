@@ -42,7 +42,7 @@ def browser():
         shown.close()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def open_page(browser, packages):
     """Open one of the pages in this folder: every address below SITE is a file of it or of an npm package."""
     context = browser.new_context()
@@ -69,7 +69,7 @@ def open_page(browser, packages):
     context.close()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def three(open_page):
     """What three.js makes of a glTF file: (path, times, pictures) -> meshes, each with points (T, V, 3), and pictures.
 
@@ -93,7 +93,7 @@ def three(open_page):
     return play
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def validate(packages):
     """The issues that the Khronos validator finds in a glTF file."""
     if shutil.which("node") is None:

@@ -1,6 +1,7 @@
 """A GLB read back by a small reader of its own, written from the glTF specification, plays the role's own points."""
 
 import base64
+import io
 import json
 import struct
 from dataclasses import replace
@@ -231,7 +232,7 @@ def test_parts_lie_in_drawn_order_and_hide_when_they_are_not_seen(tmp_path, by_h
 
 def test_a_part_on_twos_is_played_in_steps_and_one_on_ones_smoothly(tmp_path, by_hand, picture):
     ones, twos = by_hand.tumble(9), np.repeat(by_hand.tumble(5), 2, axis=0)[:9]
-    paused = np.concatenate([np.repeat(ones[:1], 20, axis=0), ones])  # stands still before it moves
+    paused = np.concatenate([np.repeat(ones[:1], 20, axis=0), ones, np.repeat(ones[-1:], 20, axis=0), ones[::-1]])
     for maps, way in ((ones, "LINEAR"), (twos, "STEP"), (paused, "LINEAR")):
         motion = by_hand.motion(maps, [[1.0, 0]] * len(maps))
         performance = perform(motion, [picture(by_hand.names)])
@@ -248,6 +249,35 @@ def test_a_part_on_twos_is_played_in_steps_and_one_on_ones_smoothly(tmp_path, by
             # half a frame later the drawing is still the same
             (later,) = read.points(frame_times(performance)[3] + 0.5 / 24)
             assert np.abs(on_stage(performance, later) - mesh[3]).max() < 0.01
+
+
+def test_a_drawing_held_on_twos_may_travel_smoothly(tmp_path, by_hand, picture):
+    weights = np.repeat([[1, 0], [0.6, 0.4], [0.1, 0.9], [0.5, 0.5]], 2, axis=0)
+    gltf.write_glb(perform(by_hand.motion(by_hand.tumble(8), weights), [picture(by_hand.names)]), tmp_path / "egg.glb")
+    read = Read(tmp_path / "egg.glb")
+    (animation,) = read.json["animations"]
+    ways = {
+        (channel["target"]["path"], animation["samplers"][channel["sampler"]]["interpolation"])
+        for channel in animation["channels"]
+    }
+    assert ways >= {("weights", "STEP"), ("translation", "LINEAR")} and len(ways) == len(dict(ways))
+
+
+def test_a_photograph_without_alpha_is_kept_as_jpeg(tmp_path, by_hand):
+    noise = np.random.default_rng(1).normal(0, 6, (200, 200, 1))
+    y, x = np.mgrid[:200, :200]
+    pixels = np.stack([x, y, 200 - x], axis=-1) + noise
+    Image.fromarray(pixels.clip(0, 255).astype(np.uint8)).save(tmp_path / "photo.png")
+    square = np.array([(20, 20), (180, 20), (180, 180), (20, 180)], float)
+    target = read_picture("egg", ("sit",), [tmp_path / "photo.png"], [square])
+    gltf.write_glb(perform(by_hand.motion(by_hand.still(), [[1.0]], names=("sit",)), [target]), tmp_path / "egg.glb")
+    read = Read(tmp_path / "egg.glb")
+    (image,) = read.json["images"]
+    view = read.json["bufferViews"][image["bufferView"]]
+    stored = Image.open(io.BytesIO(read.binary[view["byteOffset"] :][: view["byteLength"]]))
+    assert (image["mimeType"], stored.format) == ("image/jpeg", "JPEG")
+    assert "alphaMode" not in read.json["materials"][0]
+    assert np.abs(np.array(stored, float) - pixels.clip(0, 255)[18:183, 18:183]).mean() < 4
 
 
 def test_the_last_drawing_stays_for_a_frame_so_that_a_loop_keeps_its_beat(tmp_path, by_hand, picture):
