@@ -15,7 +15,7 @@ import sys
 import time
 from pathlib import Path
 
-EXTRAS = ("torch", "notebook", "dev")
+EXTRAS = ("torch", "notebook", "dask", "dev")
 SCRIPTS = ("python", "tooncap", "ruff", "pytest")
 
 

@@ -1,16 +1,24 @@
 """A progress bar for work that may take longer than a second; only on a terminal, and one at a time."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from operator import length_hint
+from time import monotonic
 from typing import Any, TypeVar
 
 Item = TypeVar("Item")
+SHOWN_EVERY = 0.1  # seconds
 
 _shown = False  # a terminal has room for one: what runs inside shown work is part of it
 
 
-def progress(items: Iterable[Item], label: str, total: int | None = None) -> Iterator[Item]:
-    """Yield the items; on a terminal show how many are done, how many a second, and the time left."""
+def progress(
+    items: Iterable[Item], label: str, total: int | Callable[[], int] | None = None, done: int = 0
+) -> Iterator[Item]:
+    """Yield the items; on a terminal show how many are done, how many a second, and the time left.
+
+    A `total` that only shows as the work goes on is a function, asked now and then.  `done` were done before.
+    """
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
     from rich.text import Text
 
@@ -23,8 +31,14 @@ def progress(items: Iterable[Item], label: str, total: int | None = None) -> Ite
             yield from items
             return
         columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Rate(), TimeRemainingColumn())
+        count = total if callable(total) else lambda: length_hint(items) or None if total is None else total
         with Progress(*columns, console=console, transient=True) as bar:
-            yield from bar.track(items, total=total, description=label)
+            task, shown = bar.add_task(label, total=count(), completed=done), monotonic()
+            for number, item in enumerate(items, done + 1):
+                yield item
+                if monotonic() - shown > SHOWN_EVERY:
+                    bar.update(task, completed=number, total=count())
+                    shown = monotonic()
 
 
 @contextmanager
@@ -36,6 +50,12 @@ def working(label: str) -> Iterator[None]:
             return
         with console.status(label):
             yield
+
+
+def silence() -> None:
+    """Show nothing in this process from now on: the terminal belongs to the process that began it."""
+    global _shown
+    _shown = True
 
 
 @contextmanager

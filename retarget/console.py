@@ -2,11 +2,20 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
 
 if TYPE_CHECKING:
     from capture.pictures.clip import Clip
     from capture.pictures.shot import Shot
+
+Out = Annotated[Path | None, Parameter(name=["--out", "-o"])]
+Device = Literal["auto", "cpu", "cuda"]
+
+
+class Failed(Exception):
+    """What a command could not do all of: its closing line, and exit code 1."""
 
 
 def not_shadowed() -> None:
@@ -58,6 +67,33 @@ def stem(path: Path) -> str:
     return next((path.name.removesuffix(kind) for kind in kinds if path.name.endswith(kind)), path.stem)
 
 
+def device_needs_refine(refine: bool, device: Device) -> None:
+    """Refuse a device that nothing would be done on: capture itself takes none."""
+    from capture.errors import InputError
+
+    if device != "auto" and not refine:
+        raise InputError(
+            f"--device says where to refine, and nothing is to be refined: add --refine, or leave {device} out"
+        )
+
+
+def given_files(paths: tuple[Path, ...]) -> list[Path]:
+    """The files named, with patterns such as shots/*.toml filled in where no shell did it."""
+    from glob import glob
+
+    from capture.errors import InputError
+
+    files = []
+    for path in paths:
+        found = [path] if path.exists() else [Path(name) for name in sorted(glob(str(path)))]
+        if not found:
+            raise InputError(f"every file named must exist: there is no {path}")
+        files += found
+    if not files:
+        raise InputError("at least one file must be named, none is: such as shots/*.toml")
+    return files
+
+
 def told(clip: "Clip") -> "Clip":
     """The clip, after saying what a user should know of it."""
     for note in clip.notes:
@@ -96,5 +132,5 @@ def background_of(text: str) -> Any:
     return read_image(text) if Path(text).suffix.lower() in (".png", ".jpg", ".jpeg", ".webp") else text
 
 
-def one_line(error: Exception) -> str:
+def one_line(error: BaseException) -> str:
     return " ".join(str(error).split())

@@ -64,7 +64,7 @@ def test_a_second_call_finds_nothing_to_do(setup, project, pip):
     assert not setup.is_current(project, "")
     setup.install(project, "")
     assert setup.is_current(project, "")
-    assert pip.calls[-1] == ("-c", "constraints.txt", "-e", ".[torch,notebook,dev]")
+    assert pip.calls[-1] == ("-c", "constraints.txt", "-e", ".[torch,notebook,dask,dev]")
 
 
 @pytest.mark.parametrize("name", ["pyproject.toml", "constraints.txt"])
@@ -123,7 +123,7 @@ def test_where_torch_cannot_be_had_the_rest_is_installed_and_one_line_says_so(se
     monkeypatch.setattr(setup.sys, "platform", "a toaster")
     pip.refused = ("torch==2.13.0",)
     setup.install(project, "")
-    assert pip.calls[-1][-1] == ".[notebook,dev]"
+    assert pip.calls[-1][-1] == ".[notebook,dask,dev]"
     said = [line for line in capsys.readouterr().out.splitlines() if "left out torch==2.13.0" in line]
     assert len(said) == 1 and "no wheel for a toaster" in said[0]
     assert setup.is_current(project, "")
@@ -139,7 +139,7 @@ def test_a_cuda_build_is_not_installed_where_there_is_no_card(setup, project, pi
     pip.refused = ("torch==2.13.0+cpu",)
     setup.install(project, "")
     assert ("--no-deps", "torch==2.13.0") not in pip.calls
-    assert pip.calls[-1][-1] == ".[notebook,dev]"
+    assert pip.calls[-1][-1] == ".[notebook,dask,dev]"
     assert "make setup TORCH_INDEX=ADDRESS" in capsys.readouterr().out
 
 
@@ -157,7 +157,7 @@ def test_a_torch_that_is_there_is_kept(setup, project, pip):
     (project / "pyproject.toml").write_text("[project]\n# more\n")
     pip.calls.clear()
     setup.install(project, "")
-    assert pip.calls == [("-c", "constraints.txt", "-e", ".[torch,notebook,dev]")]
+    assert pip.calls == [("-c", "constraints.txt", "-e", ".[torch,notebook,dask,dev]")]
 
 
 def test_the_newest_python_that_works_is_taken(tmp_path):

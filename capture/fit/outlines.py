@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from capture.fit.curves import correspond
 from capture.fit.pixels import layer
 from capture.fit.pixels import model as models
-from capture.fit.pixels.find import REACH, is_held
+from capture.fit.pixels.sighting import REACH
 from capture.motion import affine
 from capture.pictures import matte
 from capture.pictures.clip import Clip
+from capture.pictures.held import is_held
 from capture.pictures.matte import ColorModel
 from capture.pictures.shot import Part
 from capture.progress import progress
@@ -55,7 +56,7 @@ def follow(part: Part, clip: Clip, first: int = 0, count: int | None = None) -> 
     picture = np.asarray(clip[shown])[..., :3]
     seed = models.seed(replace(part, keys=part.keys[:1]), [picture])[0]
     colors = matte.learn([seed])
-    start = _traced(matte.cut(colors, picture, seed.inside) * seed.limit, np.zeros(2), clip.size)
+    start = _traced(matte.cut_key(colors, seed), np.zeros(2), clip.size)
     forward = list(_run(part, colors, clip, range(shown, len(clip)), start))
     backward = list(_run(part, colors, clip, range(shown, -1, -1), start))[1:]
     frames = backward[::-1] + forward

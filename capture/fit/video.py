@@ -1,33 +1,45 @@
 """Video capture of a whole shot: every part found in every frame (Bregler et al. 2002, section 3.3).
 
-A part is followed from its first key's frame to the clip's end and then back to its start.  Held drawings are
-recognised and cost nothing; in the others the part is looked for from the pose before.
+Parts are learnt from their key frames; the clip is gone through forwards, from key to key, and backwards where that
+falls short; what was tracked is read as weights over the keys and their in-betweens.
 """
 
-from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit import contour
+from capture.fit import contour, meet, passes
+from capture.fit.checkpoint import Keep, keep_of
 from capture.fit.pixels import model as models
-from capture.fit.pixels.find import Pose, Sighting, find
+from capture.fit.pixels.find import Pose
 from capture.fit.pixels.model import PartModel
+from capture.fit.poses import Poses
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, Track, relative_to_parents, track_of
 from capture.pictures.clip import Clip
 from capture.pictures.decode import read_clip
 from capture.pictures.shot import Part, Shot
-from capture.progress import progress
+
+CHUNK = 512  # frames whose meshes are in memory at a time
 
 
-def capture(shot: Shot, clip: Clip | None = None) -> CartoonMotion:
-    """Capture all parts of a shot; `clip` may be given where the frames are not in a file."""
+def capture(shot: Shot, clip: Clip | None = None, keep: str | Path | None = None) -> CartoonMotion:
+    """Capture all parts of a shot: where each is in every frame, and which of its keys it looks like.
+
+    Every part is followed from its key frames through the whole clip; the more keys, the surer, and any frame will do,
+    not only the first.  Frames in which a part cannot be seen are marked (`Track.visible`) and hold the last pose.
+    `clip` may be given where the frames are not in a file.
+
+    A long capture may be interrupted: with `keep`, the path of a file, what is done is put there every few seconds,
+    and the same call again goes on from there to the very same result.  The file is removed at the end.
+    """
     from threadpoolctl import threadpool_limits
 
     clip = open_clip(shot) if clip is None else clip
+    kept = None if keep is None else keep_of(keep, shot, clip)
     with threadpool_limits(1):  # matrices here are small: BLAS threads would only wait for each other
-        followed = follow(shot.parts, clip, shot.start)
+        followed = follow(shot.parts, clip, shot.start, kept)
     motion = CartoonMotion(
         tracks=tuple(track for track, _ in followed),
         keysets=tuple(model.keyset for _, model in followed),
@@ -35,7 +47,10 @@ def capture(shot: Shot, clip: Clip | None = None) -> CartoonMotion:
         fps=float(clip.fps),
         size=clip.size,
     )
-    return relative_to_parents(motion)
+    motion = relative_to_parents(motion)
+    if kept is not None:
+        kept.remove()
+    return motion
 
 
 def open_clip(shot: Shot) -> Clip:
@@ -43,63 +58,52 @@ def open_clip(shot: Shot) -> Clip:
     return read_clip(shot.clip, start=shot.start, stop=shot.stop, tile=shot.tile, fps=shot.fps)
 
 
-def follow(parts: tuple[Part, ...], clip: Clip, first: int = 0) -> list[tuple[Track, PartModel]]:
+def follow(
+    parts: tuple[Part, ...], clip: Clip, first: int = 0, keep: Keep | None = None
+) -> list[tuple[Track, PartModel]]:
     """Parts through all frames of a clip: their tracks, about their pivots but not yet relative to their parents.
 
     The clip's frame 0 is number `first` of the shot's numbering.
     """
-    learnt = [models.learn(part, clip, first) for part in parts]
-    starts = [models.key_frames(part, clip, first)[0] for part in parts]
-    forward = _run(learnt, starts, clip, range(min(starts), len(clip)))
-    backward = _run(learnt, starts, clip, range(max(starts), -1, -1))
-    return [(_as_track(model, _joined(*runs)), model) for model, *runs in zip(learnt, forward, backward)]
+    learnt = [models.learn(part, clip, first, parts) for part in parts]
+    keys = [key_poses(model, clip, first) for model in learnt]
+    done = passes.go_through(learnt, keys, clip, keep)
+    runs = zip(learnt, done.forward, done.backward)
+    return [(_as_track(model, meet.joined(model, *of_part)), model) for model, *of_part in runs]
 
 
-def _run(learnt: list[PartModel], starts: list[int], clip: Clip, frames: range) -> list[list[Pose]]:
-    """The poses of every part in the frames, in the order given, from its own start on."""
-    sightings: list[Sighting | None] = [None] * len(learnt)
-    poses: list[list[Pose]] = [[] for _ in learnt]
-    names = ", ".join(model.part.name for model in learnt)
-    for t in progress(frames, names, len(frames)):
-        for number, (model, start) in enumerate(zip(learnt, starts)):
-            if t == start:
-                sightings[number] = Sighting(model, model.colors, Pose(affine.identity(), _key_alpha(model, 0)))
-        image = np.asarray(clip[t])[..., :3]
-        begun = [number for number, sighting in enumerate(sightings) if sighting is not None]
-        for number, sighting in zip(begun, find(image, tuple(sightings[number] for number in begun))):
-            sightings[number] = sighting
-            poses[number].append(sighting.pose)
-    return poses
+def key_poses(model: PartModel, clip: Clip, first: int = 0) -> dict[int, Pose]:
+    """What is known of a part without looking: its pose in each key frame, by frame, the earliest first."""
+    frames = models.key_frames(model.part, clip, first)
+    poses = {frame: Pose(model.keyset.removed[key], _key_alpha(model, key)) for key, frame in enumerate(frames)}
+    return dict(sorted(poses.items()))
 
 
-def _joined(forward: list[Pose], backward: list[Pose]) -> list[Pose]:
-    """All frames' poses from a run forward and one backward that begin at the same frame."""
-    held = [False] + [pose.held for pose in backward[:0:-1]]  # backwards a frame is like the one after it
-    poses, key = backward[:0:-1] + forward, len(backward) - 1
-    poses[: key + 1] = [replace(pose, held=like) for pose, like in zip(poses[: key + 1], held)]
-    return poses
-
-
-def _as_track(model: PartModel, poses: list[Pose]) -> Track:
+def _as_track(model: PartModel, poses: Poses) -> Track:
     """Tracked shapes as weights over rows, which any target can redraw: contour capture of the tracked mesh."""
-    placed = np.stack([pose.placed for pose in poses])
-    keyset, part = model.keyset, model.part
-    weights = np.ones((len(poses), 1))
+    keyset, part, column = model.keyset, model.part, poses.columns
+    placed, weights = column["placed"], np.ones((len(poses.known), 1))
     if model.shape is not None:
-        shapes = np.stack([models.mesh_shape(model, pose.alpha) for pose in poses])
-        placed, weights = contour.capture_points(affine.apply(placed, shapes), keyset, placed)
+        starts = range(CHUNK, len(placed), CHUNK)
+        chunks = zip(np.split(placed, starts), np.split(column["alpha"], starts))
+        placed, weights = map(np.concatenate, zip(*(_as_weights(model, *chunk) for chunk in chunks)))
     return track_of(
         part.name,
         keyset,
         placed,
         weights,
-        np.array([pose.misfit for pose in poses]),
+        column["misfit"],
         pivot=part.pivot,
         parent=part.parent,
         order=part.order,
-        visible=np.array([pose.visible for pose in poses]),
-        held=np.array([pose.held for pose in poses]),
+        visible=column["visible"],
+        held=column["held"],
     )
+
+
+def _as_weights(model: PartModel, placed: NDArray, alphas: NDArray) -> tuple[NDArray, NDArray]:
+    shapes = np.stack([models.mesh_shape(model, alpha) for alpha in alphas])
+    return contour.capture_points(affine.apply(placed, shapes), model.keyset, placed)
 
 
 def _key_alpha(model: PartModel, key: int) -> NDArray:

@@ -19,6 +19,7 @@ from capture.pictures.stills import told_short
 CONTAINERS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg,ogg,flv,asf"
 DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}  # FFmpeg's own drop the alpha
 SMOOTHLY = Interpolation.BICUBIC | Interpolation.FULL_CHR_H_INT | Interpolation.ACCURATE_RND
+PASSED_BYTES = 128 * 2**20  # at 1280 x 720 that is 95 frames: enough to go back over 250 decoding each under twice
 ITU709, UNSPECIFIED = 1, 2  # colour spaces, in FFmpeg's numbers
 
 Source = tuple[av.container.InputContainer, av.VideoStream, av.VideoCodecContext]
@@ -124,28 +125,47 @@ def _timing(index: Index) -> tuple[NDArray, float]:
 def _fetcher(
     path: Path, source: Source, index: Index, picture: Callable[[av.VideoFrame], NDArray]
 ) -> Callable[[int], NDArray]:
-    """Frames by number; the decoder stays where it is, so going on to the next, or nearly, needs no seek."""
+    """Frames by number, cheap in order and backwards too.
+
+    The decoder stays where it is, so going on to the next, or nearly, needs no seek.  After a seek the frames that are
+    passed on the way, as they were decoded, are kept for whoever goes backwards.
+    """
     lock = Lock()
     coming, at = iter(()), len(index.pts)  # the frames to come, and the number of the latest
+    passed: dict[int, av.VideoFrame] = {}  # on the way from the latest seek, the last of them
 
     def fetch(i: int) -> NDArray:
         nonlocal coming, at
         with lock:
+            if i in passed:
+                return picture(passed[i])
             key = index.keys[np.searchsorted(index.keys, i, side="right") - 1]
-            if not key - 1 <= at < i:
+            near = key - 1 <= at < i
+            if not near:
                 coming, at = _decode_from(source, index, i), -1
             for _ in range(2):
                 for at, frame in coming:
+                    if not near:
+                        _keep(passed, at, frame)
                     if at == i:
                         return picture(frame)
                     if at > i:
                         break
                 # Old containers seek past the mark: only their start is sure.
-                coming, at = _decode_from(source, index, 0), -1
+                near, coming, at = False, _decode_from(source, index, 0), -1
             at = len(index.pts)
         raise InputError(f"{path}: every frame must decode, frame {i} does not; end with stop={i} or encode it again")
 
     return fetch
+
+
+def _keep(passed: dict[int, av.VideoFrame], n: int, frame: av.VideoFrame) -> None:
+    """Put a frame to those passed and let the earliest go, so that they stay within PASSED_BYTES."""
+    if n - 1 not in passed:
+        passed.clear()
+    passed[n] = frame
+    if len(passed) * sum(plane.buffer_size for plane in frame.planes) > PASSED_BYTES:
+        del passed[next(iter(passed))]
 
 
 def _open(path: Path) -> Source:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
 from capture.errors import InputError
-from capture.pictures.clip import DEFAULT_FPS, Clip, remembering
+from capture.pictures.clip import CACHED_BYTES, DEFAULT_FPS, Clip, remembering
 
 FORMATS = ("GIF", "PNG", "WEBP", "JPEG", "BMP")
 SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".bmp")
@@ -109,12 +109,21 @@ def _animation(path: Path, image: Image.Image) -> Clip:
     if count == 0:
         raise InputError(f"{path}: a clip must hold frames, none of {promised} decodes; make the file again")
     notes = () if count == promised else (told_short(path, promised, count),)
-    lock = Lock()
+    lock, passed = Lock(), {}
+    room = max(CACHED_BYTES // (4 * image.width * image.height), 2)
+
+    def decoded(i: int) -> NDArray:
+        image.seek(first + i)
+        return pixels(image, bool(has_alpha))
 
     def fetch(i: int) -> NDArray:
         with lock, _damage_told(path):
-            image.seek(first + i)
-            return pixels(image, bool(has_alpha))
+            if first + i > image.tell():
+                return decoded(i)
+            if i not in passed:  # every step back starts from the first frame: take many frames at once
+                passed.clear()
+                passed.update((n, decoded(n)) for n in range(max(i - room + 1, 0), i + 1))
+            return passed[i]
 
     edges = np.concatenate([[0.0], np.cumsum(durations)])
     fps = round(count / float(edges[-1]), 6)

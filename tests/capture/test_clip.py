@@ -8,6 +8,7 @@ import av
 import numpy as np
 import pytest
 from PIL import Image
+from PIL.GifImagePlugin import GifImageFile
 
 from capture.errors import InputError
 from capture.pictures.clip import clip_of, trim
@@ -106,6 +107,28 @@ def test_memory_does_not_grow_with_length(tmp_path):
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 80 * 2**20 < 60 * 3_000_000  # bytes: the cache and a frame, not the clip
+
+
+def test_going_backwards_decodes_each_frame_less_than_twice(tmp_path, monkeypatch):
+    import capture.pictures.movies as module
+
+    clip = read_clip(video(tmp_path / "a.mp4", count=200, x264_params="keyint=1000:scenecut=0"))
+    decoded, plain = [], module._decode
+    monkeypatch.setattr(module, "_decode", lambda *given: (decoded.append(1) or frame for frame in plain(*given)))
+    with av.open(str(tmp_path / "a.mp4")) as container:
+        size = sum(plane.buffer_size for plane in next(container.decode(video=0)).planes)
+    monkeypatch.setattr(module, "PASSED_BYTES", 80 * size)
+    assert [number(clip[i]) for i in range(199, -1, -1)] == list(range(199, -1, -1))
+    assert len(decoded) < 2 * 200
+
+
+def test_going_backwards_in_a_gif_starts_anew_only_now_and_then(tmp_path, monkeypatch):
+    write_clip(tmp_path / "a.gif", [counter(t) for t in range(200)], 25)
+    monkeypatch.setattr("capture.pictures.stills.CACHED_BYTES", 50 * 4 * W * H)
+    clip, decoded, plain = read_clip(tmp_path / "a.gif"), [], GifImageFile._seek
+    monkeypatch.setattr(GifImageFile, "_seek", lambda *given: decoded.append(1) or plain(*given))
+    assert [number(clip[i]) for i in range(199, -1, -1)] == list(range(199, -1, -1))
+    assert len(decoded) < 3 * 200
 
 
 def test_a_phone_video_is_turned_upright(tmp_path):

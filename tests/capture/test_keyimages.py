@@ -61,31 +61,53 @@ def test_a_carried_field_is_the_field_of_the_mesh_points(bendy):
     assert np.allclose(place.carry(values)[inside], true[inside])
 
 
+def row_pictures(bendy, shapes):
+    """What the rows show at full size, (D, H, W, 4)."""
+    drawn = [bendy.as_layer(picture) for picture in bendy.pictures]
+    return [row.levels[0] for row in keyimages.row_layers(drawn, bendy.keyset, shapes, bendy.grid)]
+
+
+def smoothed(bendy, points):
+    """What a painter would have drawn, smoothed as layers are, on the grid."""
+    return crop(bendy.layer(points).levels[0], bendy.grid)
+
+
 def test_the_first_keys_row_is_its_own_picture(bendy):
-    images = keyimages.row_images(bendy.pictures, bendy.keyset, bendy.shapes[:1], bendy.grid, bendy.ground)
-    assert np.allclose(images[0], crop(bendy.pictures[0], bendy.grid), atol=1e-2)  # silhouette and surroundings too
+    image = row_pictures(bendy, bendy.shapes[:1])[0]
+    assert np.allclose(image, smoothed(bendy, bendy.shapes[0]), atol=1e-2)  # silhouette and surroundings too
 
 
 @pytest.mark.parametrize("row", [(1, 1, 0.0), (0, 1, 0.5), (0, 2, 1 / 3), (1, 2, 5 / 6)])
 def test_a_rows_picture_is_what_a_painter_would_have_drawn(bendy, row):
     """Painted from the faces of the row's mesh, it differs only where sampling softens the faces' edges."""
     at = np.flatnonzero(np.isclose(bendy.keyset.rows, row).all(axis=1))
-    images = keyimages.row_images(bendy.pictures, bendy.keyset, bendy.shapes, bendy.grid, bendy.ground)
-    true = crop(bendy.composite(bendy.shapes[at[0]]), bendy.grid)
-    difference = np.abs(images[at[0]] - true)
-    assert (
-        difference.mean() < 3 and np.median(difference[covered(bendy.shapes[at[0]], bendy.keyset, bendy.grid, 2)]) < 5
-    )
+    images = row_pictures(bendy, bendy.shapes)
+    difference = np.abs(images[at[0]] - smoothed(bendy, bendy.shapes[at[0]]))
+    deep = covered(bendy.shapes[at[0]], bendy.keyset, bendy.grid, 2)
+    assert difference.mean() < 3 and np.median(difference[deep]) < 5
     assert np.abs(images[at[0]] - images[0]).mean() > 1.5 * difference.mean()  # and not where it was in key 0
+
+
+@pytest.mark.parametrize("finest", [1, 2])
+def test_rows_made_for_small_pictures_only_are_what_the_whole_ones_show_there(bendy, finest):
+    drawn = [bendy.as_layer(picture) for picture in bendy.pictures]
+    whole, small = (
+        keyimages.row_layers(drawn, bendy.keyset, bendy.shapes[4:7], bendy.grid, first) for first in (0, finest)
+    )
+    for one, other in zip(whole, small):
+        assert all(level.size == 0 for level in other.levels[:finest])
+        for level in range(finest, len(one.levels)):
+            assert one.levels[level].shape == other.levels[level].shape
+            assert np.abs(one.levels[level] - other.levels[level]).mean() < 3  # of 255 grey levels
 
 
 def test_all_keys_look_alike_when_they_are_pulled_into_one_shape(bendy):
     place = keyimages.mesh_map(bendy.space.mean, bendy.keyset.faces, bendy.grid)
-    textures = keyimages.key_textures(bendy.pictures, bendy.keyset, place, bendy.ground)
-    assert textures.shape == (3, *bendy.grid.shape, 4)
     deep = covered(bendy.space.mean, bendy.keyset, bendy.grid, 2)
-    true = crop(bendy.composite(bendy.space.mean), bendy.grid)
-    for texture in textures:
+    true = smoothed(bendy, bendy.space.mean)
+    for picture, points, removed in zip(bendy.pictures, bendy.keyset.points, bendy.keyset.removed):
+        texture = keyimages.pulled_layer(bendy.as_layer(picture), points, removed, place, bendy.grid.origin).levels[0]
+        assert texture.shape == (*bendy.grid.shape, 4)
         assert np.median(np.abs(texture - true)[deep]) < 6  # of 255 grey levels
         assert np.corrcoef(texture[deep][:, :3].ravel(), true[deep][:, :3].ravel())[0, 1] > 0.95
 
@@ -98,6 +120,7 @@ def test_ink_outside_the_outline_comes_along(bendy):
     picture = np.dstack([render.paint(np.full((190, 230, 3), 235), dot), np.zeros((190, 230))]).astype(np.float32)
     shift = np.array([(1, 0, 7), (0, 1, -4)], float)
     place = keyimages.mesh_map(points, bendy.keyset.faces, bendy.grid)
-    seen = keyimages.pull(picture, points, shift, place, bendy.ground)[..., 0]
-    true = crop(np.roll(picture[..., 0], (4, -7), (0, 1)), bendy.grid)
+    drawn = bendy.as_layer(picture)
+    seen = keyimages.pulled_layer(drawn, points, shift, place, bendy.grid.origin).levels[0][..., 0]
+    true = crop(np.roll(drawn.levels[0][..., 0], (4, -7), (0, 1)), bendy.grid)
     assert np.allclose(seen, true, atol=0.5)

@@ -119,14 +119,14 @@ def test_flatness_falls_from_one_to_zero_as_contrast_rises():
 
 @given(st.floats(1, 5000), st.floats(0.1, 1))
 @relaxed
-def test_the_smallest_picture_of_a_layer_is_still_a_dozen_pixels_wide(across, ratio):
+def test_the_smallest_picture_of_a_layer_is_9_to_18_pixels_wide(across, ratio):
     outline = maps.ellipse((300, 200), across / 2, ratio * across / 2)
     count = layer.levels_for(outline)
-    assert 1 <= count <= 5
+    assert 1 <= count <= 6
     if count > 1:
-        assert across / 2 ** (count - 1) >= 11.99
-    if count < 5:
-        assert across / 2**count < 12.01
+        assert across / 2 ** (count - 1) >= 8.99
+    if count < 6:
+        assert across / 2 ** (count - 1) < 18.01
 
 
 @given(st.floats(-300, 900), st.floats(-300, 700), st.floats(0, 80))

@@ -3,7 +3,8 @@
 import pytest
 from rich.console import Console
 
-from capture.progress import progress, working
+from capture import progress as shown
+from capture.progress import progress, silence, working
 
 
 @pytest.fixture
@@ -30,3 +31,21 @@ def test_the_next_bar_is_shown_after_one_that_failed(terminal, capsys):
     capsys.readouterr()
     assert list(progress([1], "second", 1)) == [1]
     assert "second" in capsys.readouterr().err
+
+
+def test_a_total_may_grow_and_a_part_may_have_been_done_before(terminal, monkeypatch, capsys):
+    monkeypatch.setattr("capture.progress.SHOWN_EVERY", 0)
+    total = [6]
+    for n in progress(range(4), "frames", lambda: total[0], done=3):
+        if n == 2:
+            total[0] = 9
+    assert "7/9" in capsys.readouterr().err
+
+
+def test_a_silenced_process_shows_nothing_any_more(terminal, capsys, monkeypatch):
+    monkeypatch.setattr(shown, "_shown", False)  # and what it was comes back after the test
+    silence()
+    assert list(progress(range(3), "numbers", 3)) == [0, 1, 2]
+    with working("thinking"):
+        pass
+    assert capsys.readouterr().err == ""

@@ -105,6 +105,23 @@ def test_a_layer_that_comes_back_where_it_was_is_seen_again():
     assert not motion.tracks[0].held.any()
 
 
+def test_between_two_keys_the_layer_may_vanish_and_come_back_anywhere():
+    toon = ball.ball()
+    shown = [*range(6), *[None] * 3, *range(46, 54)]
+    frames = clip_of([toon.background if t is None else toon.frame(t) for t in shown])
+    part = write.shot_of(toon).parts[0]
+    outline = tuple(map(tuple, toon.parts[0].points[53].tolist()))
+    keys = (part.keys[0], KeyDrawing("again", len(shown) - 1, outline))
+    motion = video.capture(Shot("ball", (replace(part, keys=keys),)), frames)
+    seen = np.array([t is not None for t in shown])
+    assert (motion.tracks[0].visible == seen).all()
+    truth = toon.parts[0].points[[t for t in shown if t is not None]]
+    off = np.linalg.norm(motion.points("ball")[seen, : truth.shape[1]] - truth, axis=-1)
+    print(f"\nvanishing ball: median {np.median(off):.3f} px, worst frame {np.median(off, axis=1).max():.3f}")
+    assert np.median(off, axis=1).max() < 0.5
+    assert (motion.points("ball")[6:9] == motion.points("ball")[5]).all()
+
+
 def test_parts_hang_on_each_other_and_are_found_in_the_picture():
     toon = walker.walker()
     frames = clip_of(np.stack([toon.frame(t) for t in range(8)]))
@@ -115,6 +132,17 @@ def test_parts_hang_on_each_other_and_are_found_in_the_picture():
     truth = toon.part("head").points[:8]
     off = np.linalg.norm(motion.points("head")[:, : truth.shape[1]] - truth, axis=-1)
     assert np.median(off) < 0.3
+
+
+def test_weights_do_not_depend_on_how_many_frames_are_read_at_a_time(monkeypatch: pytest.MonkeyPatch):
+    toon = hat.hat()
+    part = write.shot_of(toon).parts[0]
+    frames = clip_of([toon.frame(t) for t in range(11)])
+    shot = Shot("hat", (replace(part, keys=part.keys[:2]),))
+    whole = video.capture(shot, frames).tracks[0]
+    monkeypatch.setattr(video, "CHUNK", 4)
+    pieces = video.capture(shot, frames).tracks[0]
+    assert np.allclose(whole.affine, pieces.affine, atol=1e-9) and np.allclose(whole.weights, pieces.weights, atol=1e-9)
 
 
 def test_the_shot_may_begin_later_than_the_clip():

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from capture.motion import tracks
+from capture.pictures import clip as clip_module
 from capture.pictures.clip import clip_of
 from capture.pictures.contours import make, write_contours
 from capture.pictures.decode import read_clip
@@ -270,12 +272,80 @@ def test_a_misspelt_command_is_refused(tmp_path: Path, capsys, words: list[str],
     refused(capsys, tmp_path, *words)
 
 
+@pytest.mark.parametrize("said", ["", "interrupted at frame 7"])
+def test_an_interrupt_is_told_in_one_sentence(short: Path, tmp_path: Path, capsys, monkeypatch, said: str):
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt(*([said] if said else []))
+
+    monkeypatch.setattr(tracks, "save", interrupted)
+    assert main(["capture", str(short / "ball.shot.toml"), "-o", str(tmp_path / "a.motion.json")]) == 130
+    assert capsys.readouterr().err == f"tooncap: {said or 'interrupted; nothing half-written is left'}\n"
+
+
+def test_an_interrupted_capture_goes_on_from_where_it_was(short: Path, tmp_path: Path, capsys, monkeypatch):
+    command = ["capture", str(short / "ball.shot.toml"), "-o", str(tmp_path / "a.motion.json")]
+    seen: list[int] = []
+    look = clip_module.Clip.__getitem__
+
+    def looked(clip, t):
+        seen.append(t)
+        if len(seen) == 6:
+            raise KeyboardInterrupt
+        return look(clip, t)
+
+    monkeypatch.setattr(clip_module.Clip, "__getitem__", looked)
+    assert main(command) == 130
+    assert "the same command again" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["a.motion.json.part"]
+    assert main(command) == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["a.motion.json"]
+    assert np.array_equal(
+        tracks.load(tmp_path / "a.motion.json").tracks[0].affine,
+        tracks.load(short / "ball.motion.json").tracks[0].affine,
+    )
+
+
+@pytest.mark.parametrize("name", ["capture", "batch"])
+def test_a_capture_can_be_refined(short: Path, tmp_path: Path, capsys, monkeypatch, name: str):
+    """The shot is handed on with the device chosen; what refining does with it is told in test_refine."""
+    from capture.fit import batch
+    from capture.fit import refine as refining
+
+    def moved(motion, shot, clip, device):
+        assert (shot.parts[0].name, len(clip), device) == ("ball", 8, "cpu")
+        return replace(motion, tracks=(replace(motion.tracks[0], residual=motion.tracks[0].residual + 100),))
+
+    monkeypatch.setattr(batch, "processes", ThreadPoolExecutor)
+    monkeypatch.setattr(refining, "refine", moved)
+    monkeypatch.setattr(refining, "device_of", str)  # torch need not be there
+    (tmp_path / "ball.shot.toml").write_bytes((short / "ball.shot.toml").read_bytes())
+    (tmp_path / "ball.mp4").write_bytes((short / "ball.mp4").read_bytes())
+    out = ["-o", str(tmp_path / "ball.motion.json")] if name == "capture" else []
+    assert main([name, str(tmp_path / "ball.shot.toml"), *out, "--refine", "--device", "cpu"]) == 0
+    assert (tracks.load(tmp_path / "ball.motion.json").tracks[0].residual >= 100).all()
+
+
+@pytest.mark.parametrize("name", ["capture", "batch"])
+def test_a_device_with_nothing_to_do_or_unknown_is_refused(short: Path, capsys, name: str):
+    said = refused(capsys, short, name, short / "ball.shot.toml", "--device", "cuda")
+    assert "add --refine" in said
+    assert "tpu" in refused(capsys, short, name, short / "ball.shot.toml", "--refine", "--device", "tpu")
+
+
+def test_without_torch_refining_is_refused_before_anything_is_captured(
+    short: Path, tmp_path: Path, capsys, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, "torch", None)
+    said = refused(capsys, tmp_path, "capture", short / "ball.shot.toml", "--refine", "-o", tmp_path / "a.motion.json")
+    assert "tooncap[torch]" in said
+
+
 def test_the_help_is_quick_and_names_every_command():
     said = subprocess.run(
         [sys.executable, "-X", "importtime", "-m", "retarget.cli", "--help"], capture_output=True, text=True
     )
     assert said.returncode == 0
-    for command in ("demo", "fixtures", "suggest", "capture", "overlay", "retarget"):
+    for command in ("demo", "fixtures", "suggest", "capture", "batch", "overlay", "retarget"):
         assert command in said.stdout
     loaded = {line.split("|")[-1].strip() for line in said.stderr.splitlines()}
     assert not loaded & {"torch", "kornia", "cvxpy", "numba", "matplotlib.pyplot", "scipy.optimize", "cv2", "numpy"}

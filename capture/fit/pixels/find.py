@@ -1,185 +1,163 @@
-"""All parts of a shot in one picture: mattes are cut, each part is fitted from the pose before, doubts are followed up.
+"""All parts of a shot in one picture: from the front to the back, each looked for where its parent carries it.
 
-A drawing that is held is recognised and costs nothing.  When the fit comes out bad, other starts are tried; when
-something else of the layer's colour touches it, that is cut off and the fit repeated; when matte and outline hardly
-meet, the part is not in the picture.
+A drawing that is held is recognised and costs nothing.  When a fit shows too little of the part, other starts are
+tried; when the best of those does no better, the part is not seen, and keeps its pose or goes with its parent.
 """
 
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit.pixels import layer, track_affine, track_keys, track_shape
-from capture.fit.pixels import model as models
-from capture.fit.pixels.layer import Layer
-from capture.fit.pixels.model import PartModel
+from capture.fit.pixels import aside, cover, descend, expect, search
+from capture.fit.pixels.belief import HIDDEN, IN_SIGHT, gap, is_clear, is_seen, preference
+from capture.fit.pixels.cover import Cutout, Placed
+from capture.fit.pixels.descend import Evidence, worth
+from capture.fit.pixels.held import is_unchanged, rests
+from capture.fit.pixels.sighting import Pose, Sighting, is_sane, margin
 from capture.motion import affine
 from capture.pictures import matte
-from capture.pictures.matte import ColorModel
+from capture.pictures.held import is_held
 
-# overlaps are intersection over union of the posed outline and the matte
-DOUBTFUL = 0.8  # overlap below which other starts are tried
-NOT_SEEN = 0.3  # overlap below which the part is not in the picture
-FAR = 32  # pixels round the last pose that are searched where nothing of its colour touches it
-RIM = 8  # pixels round the posed outline that may still be the layer
-REACH = 64.0  # pixels a drawing may jump between frames, beyond its own size's share
+__all__ = ["Pose", "Sighting", "find"]
+
+FAR = 32  # pixels round the expected pose that are searched where nothing of the part's colour touches it
 REMEMBERED = 100  # misfits that say what is ordinary
-FOREIGN = 0.02  # share of the matte beyond that rim which calls for a second fit
+STIRRED = 4.0  # pixels: starts nearer to each other lead to the same fit
+WORSE = 0.1  # by how much a doubtful fit must have lost in worth before other starts are tried once more
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
-    """Where a part is in one frame."""
+class Look:
+    """One part to be found in one picture, and what is known of the others there."""
 
-    placed: NDArray  # (2, 3) plain map of the aligned shape
-    alpha: NDArray  # (L,) mode weights, empty for one key
-    misfit: float = 0.0  # pixels
-    agreeing: float = 1.0  # share of the pixels that can be seen and agree
-    visible: bool = True
-    held: bool = False
+    image: NDArray  # (H, W, 3)
+    part: Sighting
+    expected: Pose  # where it is looked for first
+    carried: Pose  # where it is if it is not seen: where it was, or where its parent takes it
+    joint: NDArray | None  # (2,) where its parent holds it
+    hidden: NDArray  # (H, W) uint8, 1 under parts in front
+    others: list[Placed]
 
 
-@dataclass(frozen=True, eq=False)
-class Sighting:
-    """What is known of a part as its clip is gone through."""
-
-    model: PartModel
-    colors: ColorModel  # they follow the clip slowly
-    pose: Pose  # the latest
-    misfits: tuple[float, ...] = ()  # of the latest drawings, in pixels
-    drawn: NDArray | None = None  # (H, W, 3) the picture the part was last found in
+Found = tuple[Pose, Cutout, Evidence]  # a fit, the pixels it came from, and what they prove
 
 
 def find(image: NDArray, parts: tuple[Sighting, ...]) -> tuple[Sighting, ...]:
     """All parts in the next picture (H, W, 3), in their order."""
-    return tuple(_next(image, part) for part in parts)
+    poses, parents = expect.expected(image, parts), expect.parents_of(parts)
+    found: dict[int, Sighting] = {}
+    for number in sorted(range(len(parts)), key=lambda number: -expect.order(parts[number])):
+        part, parent, carried, joint = parts[number], parents[number], parts[number].pose, None
+        if parent is not None:
+            above = found[parent].pose if parent in found else poses[parent]
+            carried = expect.carried(part, parts[parent].pose, above)
+            joint = expect.joint(part, carried, above)
+            poses[number] = carried if parent in found else poses[number]
+        front = [other for other in found.values() if expect.order(other) > expect.order(part) and other.pose.visible]
+        hidden = cover.mask([expect.placed(other) for other in front], image.shape)
+        others = [
+            Placed(other.model, other.colors, found[n].pose if n in found else poses[n])
+            for n, other in enumerate(parts)
+            if n != number
+        ]
+        found[number] = _next(Look(image, part, poses[number], carried, joint, hidden, others))
+    return tuple(found[number] for number in range(len(parts)))
 
 
-def is_held(before: NDArray, image: NDArray, window: tuple[slice, slice]) -> bool:
-    """Whether a picture shows the same drawing as the one before, in the window: nothing but noise has changed."""
-    change = cv2.absdiff(before[window], image[window]).max(axis=-1)
-    change = cv2.GaussianBlur(change.astype(np.float32), (0, 0), 1.5)
-    most, usual = np.percentile(change, [99.5, 50])
-    return bool(most < 3.0 or most < min(4.0 * usual, 16.0))
+def _next(look: Look) -> Sighting:
+    image, part = look.image, look.part
+    if is_unchanged(image, part) or rests(image, part, look.hidden):
+        return replace(part, pose=replace(part.pose, held=part.pose.visible, visible=True))
+    if part.searched is not None and is_held(part.searched, image, (slice(None), slice(None))):
+        return replace(part, pose=replace(look.carried, visible=False, held=False))
+    pose, cut, seen = first = _first(look)
+    doubted = 1.0
+    if not is_clear(part, pose, seen):
+        doubted = min(part.doubted, worth(pose, seen))
+        covered = part.pose.visible and seen.known < HIDDEN
+        if not part.pose.visible or (not covered and worth(pose, seen) < part.doubted - WORSE):
+            pose, cut, seen = _best_of(look, first)
+            doubted = worth(pose, seen)
+    if not is_seen(part, look.expected, look.joint, pose, seen):
+        return replace(part, pose=replace(look.carried, visible=False, held=False), searched=image, doubted=1.0)
+    colors = part.colors
+    if is_clear(part, pose, seen):
+        colors = matte.adapt(colors, cut.picture, np.where(cut.known > 0, cut.soft, 0.5))
+    return Sighting(
+        part.model,
+        colors,
+        replace(pose, visible=True, held=False),
+        misfits=(*part.misfits, pose.misfit)[-REMEMBERED:],
+        drawn=image,
+        hidden=look.hidden,
+        before=part.pose.placed if part.pose.visible else None,
+        doubted=doubted,
+    )
 
 
-def _next(image: NDArray, part: Sighting) -> Sighting:
-    model, last = part.model, part.pose
-    size = (image.shape[1], image.shape[0])
-    window = layer.window(models.outline_at(model, last.placed, last.alpha), size, _margin(model))
-    if part.drawn is not None and is_held(part.drawn, image, window):
-        # one that was lost is back where it was
-        return replace(part, pose=replace(last, held=last.visible, visible=True))
-    pose, alpha = _found(model, part.colors, image, window, last, _limit(part.misfits))
-    if not pose.visible:
-        return replace(part, pose=pose)
-    colors = matte.adapt(part.colors, image[window], alpha)
-    return replace(part, pose=pose, colors=colors, misfits=(*part.misfits, pose.misfit)[-REMEMBERED:], drawn=image)
+def _first(look: Look) -> Found:
+    """The fit from where the part is expected; if that is in doubt and elsewhere, from where it was as well."""
+    pose, _, seen = first = _tried(look, look.expected)
+    if is_clear(look.part, pose, seen) or gap(look.part, look.expected, look.part.pose) < STIRRED:
+        return first
+    return max(first, _tried(look, look.part.pose), key=lambda one: _preference(look, one))
 
 
-def _margin(model: PartModel) -> float:
-    return REACH + 0.25 * float(np.ptp(model.keyset.points[0], axis=0).max())
+def _tried(look: Look, start: Pose) -> Found:
+    """The fit from one start, the pixels it came from, and what they prove."""
+    part, model = look.part, look.part.model
+    cut = _cutout(look, start)
+    if cut.soft.max() < 0.5:
+        cut = _cutout(look, start, FAR)
+    frame = cover.as_layer(model.view, cut)
+    pose = descend.fit(model, frame, start.placed)
+    if not is_sane(model, pose):
+        return start, cut, Evidence(0.0, 1.0)
+    cleaned = cover.without_foreign(cut, model, pose, part.colors, look.others)
+    if cleaned is not cut:
+        cut, frame = cleaned, cover.as_layer(model.view, cleaned)
+        pose = _if_sane(part, descend.fit(model, frame, pose.placed), pose)
+    pose = _if_sane(part, aside.refitted(model, frame, pose), pose)
+    seen = descend.evidence(model, frame, pose)
+    at_first = descend.evidence(model, frame, start).known if frame.known is not None else 1.0
+    if is_clear(part, pose, seen) and (frame.known is None or seen.known >= IN_SIGHT * at_first):
+        return pose, cut, seen
+    tries = [(pose, seen)]
+    # small pictures mix what is in front with the part: the large ones alone may know better
+    again = [descend.polish(model, frame, start)]
+    for begin in (start, pose):
+        freed = cover.without_stranger(cut, model, begin)
+        if freed is not cut:
+            again.append(descend.polish(model, cover.as_layer(model.view, freed), begin))
+    tries += [(other, descend.evidence(model, frame, other)) for other in again if is_sane(model, other)]
+    return max(((pose, cut, seen) for pose, seen in tries), key=lambda one: _preference(look, one))
 
 
-def _limit(misfits: tuple[float, ...]) -> float:
-    """A misfit that is out of the ordinary, after what has been seen so far."""
-    return 2.5 * float(np.median(misfits)) + 0.2 if len(misfits) >= 3 else 0.8
+def _best_of(look: Look, first: Found) -> Found:
+    """The best of a doubtful fit and those from other starts."""
+    part = look.part
+    likely = [look.expected, part.pose]
+    if part.before is not None:
+        onward = affine.compose(part.pose.placed, affine.invert(part.before))
+        likely.append(replace(part.pose, placed=affine.compose(onward, part.pose.placed)))
+    tries = [first]
+    for start in search.starts(look.image, look.hidden, part.model, part.colors, likely, look.joint):
+        tries.append(_tried(look, start))
+        pose, _, seen = tries[-1]
+        if is_clear(part, pose, seen) and is_seen(part, look.expected, look.joint, pose, seen):
+            break
+    return max(tries, key=lambda one: _preference(look, one))
 
 
-def _found(
-    model: PartModel, colors: ColorModel, image: NDArray, window: tuple[slice, slice], last: Pose, limit: float
-) -> tuple[Pose, NDArray]:
-    """The pose in a picture (H, W, 3), near `last`, and the matte of the window; a misfit above `limit` is suspicious.
-
-    A part that is not seen keeps its last pose.
-    """
-    origin = np.array([window[1].start, window[0].start])
-    near = _solid(model, last, np.array([0, 0]), image.shape)[window]
-    alpha = matte.cut(colors, image[window], near)
-    if alpha.max() < 0.5:
-        alpha = matte.cut(colors, image[window], _grown(near, FAR))
-    if alpha.max() < 0.5:
-        return replace(last, visible=False, held=False), alpha
-    pose = _fit(model, model.view.layer(image[window], alpha, origin), last.placed)
-    if pose.misfit > limit or _overlap(model, pose, alpha, origin) < DOUBTFUL:
-        pose = _best_of(model, image[window], alpha, origin, last, pose)
-    pose, alpha = _without_foreign(model, image[window], alpha, origin, pose)
-    if _overlap(model, pose, alpha, origin) < NOT_SEEN:
-        return replace(last, visible=False, held=False), alpha
-    return pose, alpha
+def _preference(look: Look, one: Found) -> tuple[bool, float]:
+    return preference(look.part, look.expected, look.joint, one[0], one[2])
 
 
-def _best_of(model: PartModel, picture: NDArray, alpha: NDArray, origin: NDArray, last: Pose, pose: Pose) -> Pose:
-    """The best of a doubtful pose and the fits from other starts."""
-    frame = model.view.layer(picture, alpha, origin)
-    fits = [_fit(model, frame, start) for start in _other_starts(model, alpha, origin, last)]
-    return min([pose, *fits], key=lambda pose: pose.misfit)
+def _cutout(look: Look, start: Pose, reach: int = 0) -> Cutout:
+    model = look.part.model
+    return cover.cutout(look.image, look.hidden, look.others, look.part.colors, model, start, margin(model), reach)
 
 
-def _without_foreign(
-    model: PartModel, picture: NDArray, alpha: NDArray, origin: NDArray, pose: Pose
-) -> tuple[Pose, NDArray]:
-    """Pose and matte after cutting off what touches the layer and has its colour but lies beyond its outline."""
-    kept = alpha * _grown(_solid(model, pose, origin, alpha.shape), RIM)
-    if alpha.sum() - kept.sum() <= FOREIGN * alpha.sum():
-        return pose, alpha
-    return _fit(model, model.view.layer(picture, kept, origin), pose.placed), kept
-
-
-def _fit(model: PartModel, frame: Layer, start: NDArray) -> Pose:
-    """One descent from a start: affine for one key; eigen-images, then the bent template, for several."""
-    shape = model.shape
-    if shape is None:
-        placed = track_affine.align(model.rigid, frame, start)
-        judged = track_affine.judged(model.rigid, frame, placed)
-        return Pose(placed, np.zeros(0), judged.misfit, judged.agreeing)
-    placed, alpha = track_keys.acquire(shape.eigen, frame, start)
-    alpha = np.clip(alpha, *_alpha_range(model))
-    for coarsest in (2, 1):  # the second time with the textures that the first time's shape calls for
-        mixed = models.amounts(shape, alpha)
-        placed, alpha = track_shape.refine(shape.bent, frame, placed, alpha, mixed, coarsest)
-    judged = track_shape.judged(shape.bent, frame, placed, alpha, mixed)
-    return Pose(placed, alpha, judged.misfit, judged.agreeing)
-
-
-def _other_starts(model: PartModel, alpha: NDArray, origin: NDArray, last: Pose) -> list[NDArray]:
-    """Maps (2, 3) to start from instead: onto the matte's middle, onto its size as well, and as the key was drawn."""
-    shape = models.mesh_shape(model, last.alpha)[model.keyset.outline]
-    outline = affine.apply(last.placed, shape)
-    rows, columns = np.nonzero(alpha > 0.5)
-    low = np.array([columns.min(), rows.min()]) + origin
-    high = np.array([columns.max(), rows.max()]) + origin
-    was = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
-    ratio = (high - low + 1) / np.maximum(np.ptp(outline, axis=0), 1)
-    moved = np.column_stack([np.eye(2), 0.5 * (low + high) - was])
-    scaled = affine.about(np.column_stack([np.diag(ratio), [0, 0]]), was)
-    upright = np.column_stack([np.eye(2), 0.5 * (low + high) - 0.5 * (shape.min(axis=0) + shape.max(axis=0))])
-    return [affine.compose(moved, start) for start in (last.placed, affine.compose(scaled, last.placed))] + [upright]
-
-
-def _overlap(model: PartModel, pose: Pose, alpha: NDArray, origin: NDArray) -> float:
-    """Intersection over union of the posed outline and the matte; 0 if mirrored or out of all proportion."""
-    if not 1 / 8 < np.linalg.det(pose.placed[:, :2]) < 8 or np.abs(pose.placed).max() > 1e4:
-        return 0.0
-    solid, seen = _solid(model, pose, origin, alpha.shape) > 0, alpha > 0.5
-    return float((solid & seen).sum() / max((solid | seen).sum(), 1))
-
-
-def _solid(model: PartModel, pose: Pose, origin: NDArray, shape: tuple[int, ...]) -> NDArray:
-    """The mask (H, W) of the posed outline in a picture of that shape whose first pixel is at `origin`."""
-    outline = models.outline_at(model, pose.placed, pose.alpha) - origin
-    return matte.fill((shape[1], shape[0]), np.clip(outline, -1e4, 1e4))
-
-
-def _grown(mask: NDArray, by: int) -> NDArray:
-    """A mask made larger by so many pixels."""
-    return cv2.dilate(mask, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * by + 1, 2 * by + 1)))
-
-
-def _alpha_range(model: PartModel) -> tuple[NDArray, NDArray]:
-    """Mode weights (L,) a little beyond what any row has: how far a rough guess may go."""
-    low = model.shape.space.coefficients.min(axis=0)
-    high = model.shape.space.coefficients.max(axis=0)
-    return low - 0.25 * (high - low), high + 0.25 * (high - low)
+def _if_sane(part: Sighting, pose: Pose, other: Pose) -> Pose:
+    return pose if is_sane(part.model, pose) else other

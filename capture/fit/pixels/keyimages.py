@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit.pixels.layer import sample
+from capture.fit.pixels.layer import Layer
 from capture.motion import affine, keys
 from capture.motion.keys import KeySet
 
@@ -68,37 +68,47 @@ def mesh_map(points: NDArray, faces: NDArray, grid: Grid) -> MeshMap:
     return MeshMap(triangle, np.stack([1 - u - v, u, v], -1), np.stack([x, y], -1) - nearest)
 
 
-def row_images(pictures: list[NDArray], keyset: KeySet, shapes: NDArray, grid: Grid, ground: NDArray) -> NDArray:
-    """Pictures (D, H, W, 4) of all rows from the K composites of the key frames, each (H', W', 4)."""
-    count = len(pictures)
-    amount = keys.fold(keyset.rows, np.eye(len(keyset.rows)), count)  # (D, K)
-    images = np.zeros((len(shapes), *grid.shape, 4), np.float32)
-    for number, shape in enumerate(shapes):
-        place = mesh_map(shape, keyset.faces, grid)
-        for key in np.flatnonzero(amount[number] > 0):
-            pulled = pull(pictures[key], keyset.points[key], keyset.removed[key], place, ground)
-            images[number] += np.float32(amount[number, key]) * pulled
-    return images
+def row_layers(drawn: list[Layer], keyset: KeySet, shapes: NDArray, grid: Grid, finest: int = 0) -> list[Layer]:
+    """The rows' pictures (D of them) as layers, from the K key frames' own: from level `finest` on, the others empty.
 
-
-def key_textures(pictures: list[NDArray], keyset: KeySet, place: MeshMap, ground: NDArray) -> NDArray:
-    """Every key's picture (K, H, W, 4) pulled into one shape, that of the mesh map."""
-    pulled = [
-        pull(picture, points, removed, place, ground)
-        for picture, points, removed in zip(pictures, keyset.points, keyset.removed)
-    ]
-    return np.stack(pulled)
-
-
-def pull(picture: NDArray, points: NDArray, removed: NDArray, place: MeshMap, ground: NDArray) -> NDArray:
-    """A key frame's composite (H', W', 4) seen on the grid (H, W, 4), where the mesh has moved from `points` (N, 2).
-
-    Beyond the edge a pixel keeps its distance from the nearest point of the mesh, so that ink outside the
-    outline comes along.
+    What is smoothed already is pulled at the size at which it will be used: a sixteenth of the work from level 2 on.
     """
-    at = affine.apply(removed, (place.carry(points) + place.beyond).reshape(-1, 2))
-    values = sample(picture, at.astype(np.float32), np.append(ground, 0.0))
-    return values.reshape(*place.beyond.shape[:2], -1)
+    amount = keys.fold(keyset.rows, np.eye(len(keyset.rows)), len(drawn))  # (D, K)
+    step = 2**finest
+    small = Grid(np.zeros(2, int), tuple(-(-side // step) for side in grid.shape))
+    layers = []
+    for number, shape in enumerate(shapes):
+        place = mesh_map((shape - grid.origin) / step, keyset.faces, small)
+        place = MeshMap(place.corners, place.shares, step * place.beyond)
+        used = np.flatnonzero(amount[number] > 0)
+        pulled = [
+            pulled_layer(drawn[key], keyset.points[key], keyset.removed[key], place, grid.origin, finest)
+            for key in used
+        ]
+        levels = [
+            sum(np.float32(amount[number, key]) * one.levels[k] for key, one in zip(used, pulled))
+            for k in range(len(drawn[0].levels))
+        ]
+        layers.append(Layer(tuple(levels), pulled[0].origin, pulled[0].ground))
+    return layers
+
+
+def pulled_layer(
+    key: Layer, points: NDArray, removed: NDArray, place: MeshMap, origin: NDArray, finest: int = 0
+) -> Layer:
+    """A key frame's layer seen on the grid at `origin`, where the mesh has moved from `points` (N, 2).
+
+    Every level is pulled for itself, smoothed already: so a frame that shows the key again, smoothed in the same way,
+    differs by nothing.  The mesh map is of the size of level `finest`; the levels below that stay empty.
+    """
+    at = affine.apply(removed, (place.carry(points) + place.beyond).reshape(-1, 2)).reshape(place.beyond.shape)
+    levels = [np.zeros((0, 0, 4), np.float32)] * min(finest, len(key.levels))
+    for number in range(finest, len(key.levels)):
+        step = 2 ** (number - finest)
+        some = at[::step, ::step]
+        values = key.sample(number, some.reshape(-1, 2))
+        levels.append(np.ascontiguousarray(values.reshape(*some.shape[:2], -1)))
+    return Layer(tuple(levels), np.asarray(origin, float), key.ground)
 
 
 def _cross(a: NDArray, b: NDArray) -> NDArray:

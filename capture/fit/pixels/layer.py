@@ -12,7 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.fit.pixels import kernels
+
 ALPHA_GAIN = 128.0  # grey levels from clear to opaque
+RIM = 4  # pixels: how wide the rim is that makes a silhouette
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +41,21 @@ class Layer:
 
     def sample_slopes(self, level: int, points: NDArray) -> tuple[NDArray, NDArray]:
         """The level's own x- and y-slopes (P, 4), per full-size pixel, at full-size points (P, 2)."""
-        at = ((points - self.origin) / 2**level).astype(np.float32)
-        slopes = gradient(self.levels[level], level)
-        return sample(slopes[0], at, np.zeros(4)), sample(slopes[1], at, np.zeros(4))
+        return self.sample_with_slopes(level, points)[1:]
+
+    def sample_with_slopes(self, level: int, points: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        """Values and their x- and y-slopes (P, 4), per full-size pixel, at full-size points (P, 2)."""
+        step = np.float32(2**level)
+        values, gx, gy = kernels.look_with_slopes(self.levels[level], (points - self.origin) / step, self.ground)
+        return values, gx / step, gy / step
+
+    def affine_pass(
+        self, level: int, placed: NDArray, pixels: tuple[NDArray, ...], huber: float, gone: float
+    ) -> tuple[NDArray, NDArray, NDArray]:
+        """`kernels.affine_pass` for a map (2, 3) from key pixels to full-size pixels."""
+        inner = (placed - np.column_stack([np.zeros((2, 2)), self.origin])) / 2**level
+        known = None if self.known is None else self.known[level]
+        return kernels.affine_pass(self.levels[level], known, self.ground, inner, pixels, huber, gone)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,9 +98,7 @@ def sample(image: NDArray, at: NDArray, ground: NDArray) -> NDArray:
 
 def composite(image: NDArray, matte: NDArray, ground: NDArray) -> NDArray:
     """The layer (H, W, 4) float32 of an RGB image over a colour `ground` (3,), alpha beside it."""
-    alpha = matte[..., None].astype(np.float32)
-    color = alpha * image[..., :3].astype(np.float32) + (1 - alpha) * ground.astype(np.float32)
-    return np.concatenate([color, ALPHA_GAIN * alpha], axis=-1)
+    return kernels.composite(image, matte, ground, ALPHA_GAIN)
 
 
 def layer(
@@ -95,19 +108,39 @@ def layer(
 
     `known` (H, W) is 0 where something else covers the layer.
     """
-    smooth = cv2.GaussianBlur(composed, (0, 0), 1.0)
-    pyramid = [smooth]
+    if known is not None:
+        return _seen_in_part(composed, origin, ground, levels, flatness, known)
+    pyramid = [cv2.GaussianBlur(composed, (0, 0), 1.0)]
     for _ in range(levels - 1):
         pyramid.append(cv2.pyrDown(pyramid[-1]))
-    finest = smooth.copy()
-    finest[..., 3] *= flatness
-    pyramid[0] = finest
-    return Layer(tuple(pyramid), np.asarray(origin, float), np.append(ground, 0.0), _known_levels(known, levels))
+    pyramid[0][..., 3] *= flatness  # only now: the smaller ones keep it whole
+    return Layer(tuple(pyramid), np.asarray(origin, float), np.append(ground, 0.0))
 
 
-def _known_levels(known: NDArray | None, levels: int) -> tuple[NDArray, ...] | None:
-    if known is None:
-        return None
+def _seen_in_part(
+    composed: NDArray, origin: NDArray, ground: NDArray, levels: int, flatness: float, known: NDArray
+) -> Layer:
+    """The same where some pixels are hidden: every smoothed pixel is the mean of those that are seen.
+
+    A pixel of which a quarter or more is hidden does not count all the same: it is the mean of one side only.
+    """
+    seen = known.astype(np.float32)
+    parts, shares = [cv2.GaussianBlur(composed * seen[..., None], (0, 0), 1.0)], [cv2.GaussianBlur(seen, (0, 0), 1.0)]
+    for _ in range(levels - 1):
+        parts.append(cv2.pyrDown(parts[-1]))
+        shares.append(cv2.pyrDown(shares[-1]))
+    beyond = np.append(ground, 0.0).astype(np.float32)
+    pyramid = [
+        np.where(share[..., None] > 0.01, part / np.maximum(share, 0.01)[..., None], beyond)
+        for part, share in zip(parts, shares)
+    ]
+    pyramid[0][..., 3] *= flatness
+    counts = tuple(np.clip(4 * share - 3, 0, 1) for share in shares)
+    return Layer(tuple(pyramid), np.asarray(origin, float), np.append(ground, 0.0), counts)
+
+
+def halved(known: NDArray, levels: int) -> tuple[NDArray, ...]:
+    """A map (H, W) of what can be seen, at all sizes."""
     pyramid = [known.astype(np.float32)]
     for _ in range(levels - 1):
         pyramid.append(cv2.pyrDown(pyramid[-1]))
@@ -121,16 +154,26 @@ def mean_color(image: NDArray, matte: NDArray) -> NDArray:
 
 
 def flatness(image: NDArray, matte: NDArray, ground: NDArray) -> float:
-    """1 for a layer of one colour, 0 for one with enough contrast of its own (30 grey levels) to be tracked by it."""
-    inside = image[..., :3][matte > 0.9].astype(float)
-    contrast = np.sqrt(np.mean((inside - ground) ** 2)) if len(inside) else 0.0
+    """How far the silhouette needs alpha to be seen, 0 to 1.
+
+    1 where the layer's rim has the colour of what it is laid over, 0 where it stands out by 30 grey levels: a rim of
+    ink does, a grey rabbit on grey does not, however dark its eye.
+    """
+    solid = (matte > 0.9).astype(np.uint8)
+    rim = solid & (1 - cv2.erode(solid, np.ones((3, 3), np.uint8), iterations=RIM))
+    colors = image[..., :3][rim > 0].astype(float)
+    contrast = np.sqrt(np.mean((colors - ground) ** 2)) if len(colors) else 0.0
     return float(np.clip(1.5 - contrast / 20.0, 0, 1))
 
 
-def levels_for(outline: NDArray, most: int = 5) -> int:
-    """How many halvings a layer with this outline (B, 2) bears: the smallest picture stays about 12 pixels wide."""
+def levels_for(outline: NDArray, most: int = 6) -> int:
+    """How many sizes a layer with this outline (B, 2) is looked at: in the smallest it is 9 to 18 pixels across.
+
+    There a turn by 45 degrees moves its rim little further than the smoothing reaches.  Still smaller, and it runs
+    into what lies beside it.
+    """
     across = float(np.ptp(outline, axis=0).max())
-    return int(np.clip(np.floor(np.log2(across / 12.0)) + 1, 1, most))
+    return int(np.clip(np.floor(np.log2(across / 9.0)) + 1, 1, most))
 
 
 def window(outline: NDArray, size: tuple[int, int], margin: float) -> tuple[slice, slice]:

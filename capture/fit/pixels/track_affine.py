@@ -1,7 +1,9 @@
 """Affine capture: the map that lays a key's layer over a frame's (Bregler et al. 2002, eqs. 8-13).
 
 Lucas-Kanade, coarse to fine, in its inverse compositional form (Baker & Matthews 2004): the picture's
-gradient is taken on the template and prepared once.  `paper_step` is eqs. 10-13 as they stand.
+gradient is taken on the template and prepared once.  Pixels that are hidden have no weight, those that are somebody
+else's lose theirs near the goal, and a level moves away from where it began only as far as the picture pays for it.
+`paper_step` is eqs. 10-13 as they stand.
 Residual and gradient come from the same smoothed picture; with the paper's raw residual the steps overshoot
 (95 iterations against 15).
 """
@@ -11,11 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.fit.pixels import trust
 from capture.fit.pixels.judge import Judgement, judge
 from capture.fit.pixels.layer import Layer, gradient, points_of
 from capture.motion import affine
-
-HUBER = 20.0  # grey levels; larger differences count linearly: they may be somebody else's pixels
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +25,9 @@ class Level:
 
     points: NDArray  # (P, 2) full-size positions in the key's frame
     values: NDArray  # (P, C)
-    slopes: NDArray  # (P, C, 6) change of value with [a1 a2 a3 a4 dx dy], eq. 11
+    local: NDArray  # (P, 2) float32, the same about the centre and in units of the scale
+    slopes: tuple[NDArray, NDArray]  # x- and y-slopes (P, C) per full-size pixel
+    normal: NDArray  # (6, 6) how sharply all pixels together tell the map, for increments [a1 a2 a3 a4 dx dy]
     gradient_power: float  # mean squared gradient per full-size pixel: turns grey levels into pixels
 
 
@@ -45,10 +48,16 @@ def template(key: Layer, outline: NDArray, keep: float = 0.35) -> Template:
     for number, image in enumerate(key.levels):
         gx, gy = gradient(image, number)
         power = (gx**2 + gy**2).sum(axis=-1)
+        if key.known is not None:
+            # of what is hidden in the key, half known, only the silhouette tells, and only where alpha counts
+            power = power * (key.known[number] > (0.9 if number < 2 else 0.4))
         chosen = telling(power, keep if number == 0 else 1.0)
         points = points_of(number, image.shape, key.origin)[chosen]
-        slopes = affine_slopes(gx[chosen], gy[chosen], points, centre, scale)
-        levels.append(Level(points, image[chosen], slopes, float(power[chosen].mean())))
+        local = ((points - centre) / scale).astype(np.float32)
+        slopes = gx[chosen], gy[chosen]
+        rows = affine_slopes(*slopes, points, centre, scale).reshape(-1, 6)
+        normal = (rows.T @ rows).astype(float)
+        levels.append(Level(points, image[chosen], local, slopes, normal, float(power[chosen].mean())))
     return Template(tuple(levels), centre, scale)
 
 
@@ -73,16 +82,28 @@ def align(shape: Template, frame: Layer, start: NDArray, coarsest: int | None = 
     placed = np.asarray(start, float)
     top = len(shape.levels) - 1 if coarsest is None else min(coarsest, len(shape.levels) - 1)
     for number in range(top, finest - 1, -1):
-        level = shape.levels[number]
-        slopes = level.slopes.reshape(-1, 6)
-        still = (0.02 if number == 0 else 0.1 * 2**number) / shape.scale
-        for _ in range(25):
-            difference = frame.sample(number, affine.apply(placed, level.points)) - level.values
-            weight = huber(difference)
-            step = solve(slopes, difference.ravel(), np.repeat(weight, difference.shape[1]))
-            placed = affine.compose(placed, affine.invert(small_map(step, shape.centre, shape.scale)))
-            if np.abs(step).max() < still:
-                break
+        placed = _descend(shape, frame, placed, number)
+    return placed
+
+
+def _descend(shape: Template, frame: Layer, first: NDArray, number: int) -> NDArray:
+    """The map (2, 3) improved at one level, where it began as `first`."""
+    level, placed, gone = shape.levels[number], first, 0.0
+    still = (0.02 if number == 0 else 0.1 * 2**number) / shape.scale
+    pixels = level.points, level.local, level.values, *level.slopes
+    hold = trust.slack(number) * level.normal
+    damped = hold + (1e-6 * np.trace(level.normal) + 1e-12) * np.eye(6)  # what no picture tells stays put
+    way = np.zeros(6)  # from `first`, in the unknowns of a step
+    for _ in range(25):
+        normal, right, sizes = frame.affine_pass(number, placed, pixels, trust.HUBER, gone)
+        step = np.linalg.solve(shape.scale**2 * normal + damped, shape.scale * right + hold @ way)
+        placed = affine.compose(placed, affine.invert(small_map(step, shape.centre, shape.scale)))
+        way = way - step
+        moved = np.abs(step).max()
+        if gone == 0 and moved < trust.NEAR * still and number <= trust.SHARPEST:
+            gone = trust.gone_at(sizes, frame.sample_known(number, affine.apply(placed, level.points)))
+        elif moved < still:
+            break
     return placed
 
 
@@ -90,20 +111,6 @@ def small_map(step: NDArray, centre: NDArray, scale: float) -> NDArray:
     """The plain map (2, 3) of an increment [a1 a2 a3 a4 dx dy], which acts about the centre in scale units."""
     linear = np.eye(2) + step[:4].reshape(2, 2)
     return affine.about(np.column_stack([linear, scale * step[4:6]]), centre)
-
-
-def huber(difference: NDArray) -> NDArray:
-    """Weights (P,) of pixels by how far (P, C) they differ: 1 up to the threshold, then falling off."""
-    size = np.sqrt((difference**2).mean(axis=1))
-    return np.minimum(1.0, HUBER / np.maximum(size, 1e-9)).astype(difference.dtype)
-
-
-def solve(slopes: NDArray, difference: NDArray, weight: NDArray) -> NDArray:
-    """Weighted least squares for small steps, lightly damped: what the picture cannot tell stays put."""
-    weighted = slopes * weight[:, None]
-    normal = (weighted.T @ slopes).astype(float)
-    normal[np.diag_indices_from(normal)] += 1e-5 * np.trace(normal) / len(normal) + 1e-12
-    return np.linalg.solve(normal, (weighted.T @ difference).astype(float))
 
 
 def judged(shape: Template, frame: Layer, placed: NDArray, level: int = 0) -> Judgement:
@@ -120,8 +127,8 @@ def paper_step(key: Layer, frame: Layer, points: NDArray, placed: NDArray, level
     time.  The gradient is the frame's own, at those pixels.
     """
     at = affine.apply(placed, points)
-    gx, gy = frame.sample_slopes(level, at)
+    values, gx, gy = frame.sample_with_slopes(level, at)
     h = affine_slopes(gx, gy, points, np.zeros(2), 1.0).reshape(-1, 6)  # eq. 11
-    z = (frame.sample(level, at) - key.sample(level, points)).ravel()
+    z = (values - key.sample(level, points)).ravel()
     theta = -np.linalg.lstsq(h, z, rcond=None)[0]  # eq. 12
     return placed + np.column_stack([theta[:4].reshape(2, 2), theta[4:]])

@@ -1,0 +1,72 @@
+"""Commands from a motion to a new drawing."""
+
+from pathlib import Path
+
+from retarget.console import Out, background_of, stem
+
+
+def retarget(
+    motion: Path,
+    out: Out = None,
+    *,
+    cast: Path | None = None,
+    drawing: tuple[Path, ...] = (),
+    background: str | None = None,
+    size: int | None = None,
+    bend: bool = False,
+) -> str:
+    """Lend a captured motion to new drawings.
+
+    Parameters
+    ----------
+    motion
+        The *.motion.json that was captured.
+    out
+        What to make: .mp4, .webm (with alpha), .gif, a folder of PNG, .glb or .gltf for 3-D programs and the web, or
+        .csv for the curves.
+    cast
+        A *.cast.toml that says which drawing plays which key of which part.
+    drawing
+        Instead of a cast: SVG or PNG files whose names end in the key's name, or a folder of them.
+    background
+        A colour or a picture behind the character; transparent if not given, white in an mp4.
+    size
+        Width in pixels of what is made; the source's own if not given.
+    bend
+        Bend the one drawing along a captured line of action.
+    """
+    from capture.errors import InputError
+    from capture.motion import tracks
+    from capture.pictures.encode import write_clip
+    from capture.progress import progress, working
+    from retarget.characters import cast as casting
+    from retarget.export.gltf import write_glb
+    from retarget.export.tables import write_csv
+    from retarget.stage import draw2d
+    from retarget.stage.perform import perform
+
+    captured = tracks.load(motion)
+    out = out or Path(stem(motion) + ".retarget.mp4")
+    if out.suffix == ".csv":
+        write_csv(captured, out)
+        return f"{out}: {tracks.summary(captured)}"
+    if (cast is None) == (not drawing):
+        raise InputError("a retarget needs either --cast FILE or --drawing FILES, to say who plays")
+    if bend and (cast is not None or len(drawing) != 1 or len(captured.tracks) != 1):
+        raise InputError('--bend needs one --drawing and a motion of one part; a cast says between = "bend" itself')
+    if bend:
+        part = casting.CastPart(captured.tracks[0].part, drawing=str(drawing[0]), between=casting.BEND)
+        chosen = casting.Cast((part,))
+    else:
+        chosen = casting.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
+    with working("learning the drawings"):
+        performance = perform(captured, casting.targets(chosen, captured))
+    parts = ", ".join(part.name for part in chosen.parts)
+    if out.suffix in (".glb", ".gltf"):
+        with working("meshing the drawings"):
+            write_glb(performance, out)
+        return f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new bodies play {parts}"
+    behind = casting.backdrop(chosen) if background is None else background_of(background)
+    frames = draw2d.draw_frames(performance, behind, size)
+    count = write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
+    return f"{out}: {count} frames at {captured.fps:.4g} a second, new drawings play {parts}"
