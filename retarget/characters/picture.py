@@ -5,6 +5,7 @@ the outlines say how it bends; or every key has its own, then the pictures melt 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +21,17 @@ class Layer:
     """One picture in ever smaller sizes, and where the mesh lies in it."""
 
     pixels: tuple[NDArray, ...]  # (h, w, 4) float32, 0-1, premultiplied; each half the size of the one before
-    points: NDArray  # (N, 2) mesh points in the first of them
+    points: NDArray  # (N, 2) mesh points in the picture as it was
+    size: tuple[int, int]  # its width and height as it was: the first of `pixels` may be smaller
+
+    @cached_property
+    def opaque(self) -> bool:
+        """Whether nothing of it is transparent: then it goes on beyond its border as it is there."""
+        return bool(self.pixels[0][..., 3].min() >= 1)
 
     def level(self, scale: float) -> NDArray:
         """The size that suits a drawing at `scale` page pixels for a picture's pixel."""
-        number = round(np.log2(1 / max(scale, 1e-6)))
+        number = round(np.log2(self.pixels[0].shape[1] / self.size[0] / max(scale, 1e-6)))
         return self.pixels[int(np.clip(number, 0, len(self.pixels) - 1))]
 
 
@@ -99,7 +106,8 @@ def read_picture(
     spacing = max(np.sqrt(abs(_area(outline[0])) / 400), 1.0)
     keyset = keys.keyset(names, outline, spacing=spacing)
     drawn = affine.apply(keyset.removed, keyset.points)
-    layers = [Layer(_sizes(images[path]), drawn[number]) for number, path in enumerate(paths)]
+    sizes = {path: halved(image) for path, image in images.items()}
+    layers = [Layer(sizes[path], drawn[k], images[path].shape[1::-1]) for k, path in enumerate(paths)]
     return Picture(part, keyset, box, tuple(layers if len(images) > 1 else layers[:1]), between)
 
 
@@ -170,7 +178,7 @@ def _area(outline: NDArray) -> float:
     return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
-def _sizes(image: NDArray) -> tuple[NDArray, ...]:
+def halved(image: NDArray) -> tuple[NDArray, ...]:
     """The picture premultiplied, then halved until it is small, so that a small one does not flicker."""
     import cv2
 

@@ -208,7 +208,7 @@ def _look(layer: Layer) -> Look:
     fitting = [level for level in layer.pixels if max(level.shape[:2]) <= LARGEST]
     level = fitting[0] if fitting else layer.pixels[-1]
     size = np.array(level.shape[1::-1])
-    points = (layer.points + 0.5) * size / layer.pixels[0].shape[1::-1]  # from the top-left corner
+    points = (layer.points + 0.5) * size / layer.size  # from the top-left corner
     low = np.clip(np.floor(points.min(axis=0)) - 2, 0, size - 1).astype(int)
     high = np.clip(np.ceil(points.max(axis=0)) + 2, low + 1, size).astype(int)
     pixels = level[low[1] : high[1], low[0] : high[0]]

@@ -14,6 +14,7 @@ from capture.errors import InputError
 from capture.motion import affine
 from retarget.characters.paths import DrawnPath, Gradient, Paint, windings, wound
 from retarget.characters.picture import DrawnPicture
+from retarget.stage.lay import lay
 from retarget.stage.perform import Performance
 from retarget.stage.warp import warp
 
@@ -132,10 +133,10 @@ def _draw_path(page: _Page, path: DrawnPath) -> None:
             continue
         cover = _coverage(page.spare(), path, outline, stroked, window)
         color = _colors(paint, window)
-        _lay(target.pixels[window], color[..., :3], color[..., 3] * cover * opacity)
+        lay(target.pixels[window], color[..., :3], color[..., 3] * cover * opacity)
     if target is not page:
         layer = target.pixels[window] / 255.0
-        _lay(page.pixels[window], layer[..., :3], layer[..., 3] * path.opacity)
+        lay(page.pixels[window], layer[..., :3], layer[..., 3] * path.opacity)
 
 
 def _draw_picture(page: _Page, picture: DrawnPicture) -> None:
@@ -144,7 +145,7 @@ def _draw_picture(page: _Page, picture: DrawnPicture) -> None:
         return
     color = warp(picture, window)  # premultiplied
     alpha = color[..., 3] * _coverage(page.spare(), picture, _agg_rings(picture), False, window)
-    _lay(page.pixels[window], color[..., :3] / np.maximum(color[..., 3:], 1e-6), alpha)
+    lay(page.pixels[window], color[..., :3] / np.maximum(color[..., 3:], 1e-6), alpha)
 
 
 def _faded(paint: Paint, opacity: float) -> tuple[float, ...] | None:
@@ -223,14 +224,3 @@ def _radial(u: NDArray, v: NDArray, focus: NDArray) -> NDArray:
     along = du * focus[0] + dv * focus[1]
     far = du**2 + dv**2
     return (along + np.sqrt(along**2 + far * inside)) / inside
-
-
-def _lay(below: NDArray, color: NDArray, alpha: NDArray) -> None:
-    """Lay colours (h, w, 3) of alpha (h, w) over uint8 pixels (h, w, 4), in place; both of straight alpha."""
-    under = below[..., 3] / 255.0
-    total = alpha + under * (1 - alpha)
-    share = (alpha / np.maximum(total, 1e-9))[..., None]
-    seen = alpha > 0
-    mixed = 255 * color * share + below[..., :3] * (1 - share)
-    below[..., :3] = np.where(seen[..., None], np.clip(np.round(mixed), 0, 255), below[..., :3])
-    below[..., 3] = np.where(seen, np.round(255 * total), below[..., 3])
