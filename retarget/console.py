@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -123,13 +123,6 @@ def rgb(text: str) -> tuple[int, int, int]:
     except ValueError:
         raise InputError(f'a colour must be a name or such as "#3a7f2c", got {text!r}') from None
     return red, green, blue
-
-
-def background_of(text: str) -> Any:
-    """A colour's name as it is, or the picture of that file."""
-    from retarget.characters.picture import read_image
-
-    return read_image(text) if Path(text).suffix.lower() in (".png", ".jpg", ".jpeg", ".webp") else text
 
 
 def one_line(error: BaseException) -> str:

@@ -1,6 +1,6 @@
 """`*.cast.toml`: which character plays which part.
 
-    background = "white"                 # a colour or a picture; optional
+    background = "white"                 # a colour, a picture or a clip; optional
 
     [[parts]]
     name = "frog"
@@ -31,9 +31,11 @@ from capture.errors import InputError
 from capture.files import written_beside
 from capture.motion import keys
 from capture.motion.tracks import CartoonMotion, Track
+from capture.pictures.clip import Clip
+from retarget.characters.backdrop import is_color, read_background
 from retarget.characters.bend import read_bent
 from retarget.characters.drawing import read_drawing
-from retarget.characters.picture import read_image, read_picture
+from retarget.characters.picture import read_picture
 from retarget.characters.target import REST, Target
 
 BEND = "bend"
@@ -95,7 +97,7 @@ def write_cast(cast: Cast, path: str | Path) -> None:
     """Write a `*.cast.toml`; drawings stay the same files, named from the new file's folder."""
     lines = []
     if cast.background:
-        named = cast.background if _is_color(cast.background) else _from(path, cast, cast.background)
+        named = cast.background if is_color(cast.background) else _from(path, cast, cast.background)
         lines += [f"background = {_text(named)}", ""]
     for part in cast.parts:
         lines += ["[[parts]]", f"name = {_text(part.name)}"]
@@ -150,11 +152,11 @@ def targets(cast: Cast, motion: CartoonMotion) -> list[Target]:
     return [_target(part, cast, motion) for part in cast.parts]
 
 
-def backdrop(cast: Cast) -> str | NDArray | None:
-    """The cast's background as `draw2d` takes it: a colour, a picture (H, W, 4), or None."""
-    if not cast.background or _is_color(cast.background):
-        return cast.background or None
-    return read_image(cast.folder / cast.background)
+def backdrop(cast: Cast) -> str | NDArray | Clip | None:
+    """The cast's background as `draw2d` takes it: a colour, a picture (H, W, 4), a clip, or None."""
+    if is_color(cast.background):
+        return cast.background
+    return None if not cast.background else read_background(cast.folder / cast.background)
 
 
 def _target(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
@@ -263,12 +265,6 @@ def _role_of(file: Path, motion: CartoonMotion) -> tuple[str, str]:
 
 def _plain(name: str) -> str:
     return name.lower().replace("-", "_").replace(" ", "_")
-
-
-def _is_color(text: str) -> bool:
-    from matplotlib.colors import is_color_like
-
-    return is_color_like(text)
 
 
 def _from(path: str | Path, cast: Cast, drawing: str) -> str:

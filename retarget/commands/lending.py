@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from retarget.console import Out, background_of, stem
+from retarget.console import Out, stem, told
 
 
 def retarget(
@@ -14,6 +14,9 @@ def retarget(
     background: str | None = None,
     size: int | None = None,
     bend: bool = False,
+    soften: float = 0.0,
+    match: float = 0.0,
+    shadow: float = 0.0,
 ) -> str:
     """Lend a captured motion to new drawings.
 
@@ -29,20 +32,29 @@ def retarget(
     drawing
         Instead of a cast: SVG or PNG files whose names end in the key's name, or a folder of them.
     background
-        A colour or a picture behind the character; transparent if not given, white in an mp4.
+        A colour, a picture or a clip behind the character; transparent if not given, white in an mp4.  A clip runs at
+        its own rate.
     size
         Width in pixels of what is made; the source's own if not given.
     bend
         Bend the one drawing along a captured line of action.
+    soften
+        Before a background: pixels that the character's edges are blurred by.
+    match
+        Before a background: 0 to 1, how far its brightness and colours go to the background's.
+    shadow
+        Before a background: 0 to 1, how dark a shadow it throws.
     """
     from capture.errors import InputError
     from capture.motion import tracks
+    from capture.pictures.clip import Clip
     from capture.pictures.encode import write_clip
     from capture.progress import progress, working
     from retarget.characters import cast as casting
+    from retarget.characters.backdrop import read_background
     from retarget.export.gltf import write_glb
     from retarget.export.tables import write_csv
-    from retarget.stage import draw2d
+    from retarget.stage import composite, draw2d
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
@@ -66,7 +78,15 @@ def retarget(
         with working("meshing the drawings"):
             write_glb(performance, out)
         return f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new bodies play {parts}"
-    behind = casting.backdrop(chosen) if background is None else background_of(background)
-    frames = draw2d.draw_frames(performance, behind, size)
+    behind = casting.backdrop(chosen) if background is None else read_background(background)
+    if isinstance(behind, Clip):
+        told(behind)
+    blend = composite.Blend(soften, match, shadow)
+    if behind is None and blend != composite.Blend():
+        raise InputError("--soften, --match and --shadow need something behind the character: add --background")
+    if blend == composite.Blend():
+        frames = draw2d.draw_frames(performance, behind, size)
+    else:
+        frames = composite.over(performance, behind, size, blend)
     count = write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
     return f"{out}: {count} frames at {captured.fps:.4g} a second, new drawings play {parts}"
