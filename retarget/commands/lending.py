@@ -12,6 +12,7 @@ def retarget(
     cast: Path | None = None,
     drawing: tuple[Path, ...] = (),
     background: str | None = None,
+    into: Path | None = None,
     size: int | None = None,
     bend: bool = False,
     soften: float = 0.0,
@@ -34,6 +35,8 @@ def retarget(
     background
         A colour, a picture or a clip behind the character; transparent if not given, white in an mp4.  A clip runs at
         its own rate.
+    into
+        The *.shot.toml that was captured: the character takes the place of the layer in its own clip.
     size
         Width in pixels of what is made; the source's own if not given.
     bend
@@ -46,15 +49,17 @@ def retarget(
         Before a background: 0 to 1, how dark a shadow it throws.
     """
     from capture.errors import InputError
+    from capture.fit.video import open_clip
     from capture.motion import tracks
     from capture.pictures.clip import Clip
     from capture.pictures.encode import write_clip
+    from capture.pictures.shot import read_shot
     from capture.progress import progress, working
     from retarget.characters import cast as casting
     from retarget.characters.backdrop import read_background
     from retarget.export.gltf import write_glb
     from retarget.export.tables import write_csv
-    from retarget.stage import composite, draw2d
+    from retarget.stage import composite, draw2d, plate
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
@@ -78,15 +83,23 @@ def retarget(
         with working("meshing the drawings"):
             write_glb(performance, out)
         return f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new bodies play {parts}"
-    behind = casting.backdrop(chosen) if background is None else read_background(background)
-    if isinstance(behind, Clip):
-        told(behind)
     blend = composite.Blend(soften, match, shadow)
-    if behind is None and blend != composite.Blend():
-        raise InputError("--soften, --match and --shadow need something behind the character: add --background")
-    if blend == composite.Blend():
-        frames = draw2d.draw_frames(performance, behind, size)
+    if into is not None:
+        if background is not None:
+            raise InputError("--into says what is behind the character, the shot's own clip: leave --background out")
+        shot = read_shot(into)
+        clip = told(open_clip(shot))
+        with working("finding what was behind the layer"):
+            frames = plate.into(performance, shot, captured, clip, size, blend)
     else:
-        frames = composite.over(performance, behind, size, blend)
+        behind = casting.backdrop(chosen) if background is None else read_background(background)
+        if isinstance(behind, Clip):
+            told(behind)
+        if blend == composite.Blend():
+            frames = draw2d.draw_frames(performance, behind, size)
+        elif behind is None:
+            raise InputError("--soften, --match and --shadow need something behind the character: add --background")
+        else:
+            frames = composite.over(performance, behind, size, blend)
     count = write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
     return f"{out}: {count} frames at {captured.fps:.4g} a second, new drawings play {parts}"

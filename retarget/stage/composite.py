@@ -5,7 +5,7 @@
 What is decided is decided once for a shot; a figure whose colours are matched anew in every frame would flicker.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,9 +39,16 @@ class Blend:
 
 
 def over(
-    performance: Performance, background: Any, size: int | None = None, blend: Blend | None = None
+    performance: Performance,
+    background: Any,
+    size: int | None = None,
+    blend: Blend | None = None,
+    front: Callable[[int], NDArray] | None = None,
 ) -> Iterator[NDArray]:
-    """All frames uint8 (H, W, 3), `size` pixels wide, of a performance before a colour, a picture or a clip."""
+    """All frames uint8 (H, W, 3), `size` pixels wide, of a performance before a colour, a picture or a clip.
+
+    `front` gives what is seen before the performers in frame t, (H, W, 4) uint8 with straight alpha.
+    """
     blend = Blend() if blend is None else blend
     page = page_size(performance, size)
     zoom = page[0] / performance.size[0]
@@ -56,7 +63,9 @@ def over(
     ground = (_ground(performance) + 0.5) * zoom - 0.5
     for t in range(len(times)):
         figure, behind = there(t)
-        yield laid(softened(toned(figure, look), blend.soften), shaded(behind, figure[..., 3], ground, blend.shadow))
+        behind = shaded(behind, figure[..., 3], ground, blend.shadow)
+        made = laid(softened(toned(figure, look), blend.soften), behind)
+        yield made if front is None else laid(backdrop.filling(front(t), page), made)
 
 
 def laid(figure: NDArray, behind: NDArray) -> NDArray:
