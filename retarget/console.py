@@ -1,6 +1,7 @@
 """What the commands share: reading flags, saying what a user should know, and refusing to run in a wrong place."""
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -96,9 +97,14 @@ def given_files(paths: tuple[Path, ...]) -> list[Path]:
 
 def told(clip: "Clip") -> "Clip":
     """The clip, after saying what a user should know of it."""
-    for note in clip.notes:
-        print(f"tooncap: {note}", file=sys.stderr)
+    tell(clip.notes)
     return clip
+
+
+def tell(notes: Iterable[str]) -> None:
+    """Say what a user should know, a line each, beside what the command prints."""
+    for note in notes:
+        print(f"tooncap: {note}", file=sys.stderr)
 
 
 def folder_at(folder: Path) -> Path:

@@ -1,8 +1,9 @@
 """Commands from a motion to a new drawing."""
 
+from dataclasses import replace
 from pathlib import Path
 
-from retarget.console import Out, stem, told
+from retarget.console import Out, stem, tell, told
 
 
 def retarget(
@@ -13,6 +14,7 @@ def retarget(
     drawing: tuple[Path, ...] = (),
     background: str | None = None,
     into: Path | None = None,
+    box: tuple[float, float, float, float] | None = None,
     size: int | None = None,
     bend: bool = False,
     soften: float = 0.0,
@@ -37,6 +39,8 @@ def retarget(
         its own rate.
     into
         The *.shot.toml that was captured: the character takes the place of the layer in its own clip.
+    box
+        X Y WIDTH HEIGHT round what to cut out of a photograph given with --drawing.
     size
         Width in pixels of what is made; the source's own if not given.
     bend
@@ -69,6 +73,8 @@ def retarget(
         return f"{out}: {tracks.summary(captured)}"
     if (cast is None) == (not drawing):
         raise InputError("a retarget needs either --cast FILE or --drawing FILES, to say who plays")
+    if box is not None and cast is not None:
+        raise InputError("--box cuts out the photograph given with --drawing; a cast says box = [...] itself")
     if bend and (cast is not None or len(drawing) != 1 or len(captured.tracks) != 1):
         raise InputError('--bend needs one --drawing and a motion of one part; a cast says between = "bend" itself')
     if bend:
@@ -76,8 +82,12 @@ def retarget(
         chosen = casting.Cast((part,))
     else:
         chosen = casting.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
+    if box is not None:
+        chosen = replace(chosen, parts=tuple(replace(part, box=box) for part in chosen.parts))
     with working("learning the drawings"):
-        performance = perform(captured, casting.targets(chosen, captured))
+        actors = casting.targets(chosen, captured)
+        performance = perform(captured, actors)
+    tell(note for actor in actors for note in getattr(actor, "notes", ()))
     parts = ", ".join(part.name for part in chosen.parts)
     if out.suffix in (".glb", ".gltf"):
         with working("meshing the drawings"):
