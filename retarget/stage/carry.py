@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 BAND = 10  # pixels round the hole whose colours are looked at
 MOST = 5  # colours
-ALIKE = 10.0  # grey levels between colours that count as one
+ALIKE = 18.0  # grey levels between colours that count as one
 SOLVED = 5000  # unknown pixels at a time: a larger hole's film is found in a smaller picture
 
 
@@ -32,14 +32,22 @@ def carried_on(picture: NDArray, hole: NDArray) -> NDArray:
     total, mixed = np.zeros(unknown.shape, np.float32), np.zeros_like(seen)
     for k, color in enumerate(colors):
         share = cv2.GaussianBlur((label == k).astype(np.float32), (0, 0), 0.6)  # an edge as soft as a drawn one
-        told = ((label == k) & ~unknown).astype(np.float32)
-        near = cv2.GaussianBlur(told, (0, 0), BAND / 2)[..., None]
-        tint = (cv2.GaussianBlur(seen * told[..., None], (0, 0), BAND / 2) + 1e-3 * color) / (near + 1e-3)
-        mixed += share[..., None] * tint
+        mixed += share[..., None] * _tint(seen, (label == k) & ~unknown, color)
         total += share
     made = picture.copy()
     made[spot][unknown] = np.round(np.clip(mixed / total[..., None], 0, 255)).astype(np.uint8)[unknown]
     return made
+
+
+def _tint(seen: NDArray, known: NDArray, color: NDArray) -> NDArray:
+    """One colour (3,) as it varies over the picture (h, w, 3), from where it is known (h, w): near pixels count more."""
+    weight = np.full((*known.shape, 1), 1e-9, np.float32)
+    total = weight * color
+    for trust, reach in ((1.0, BAND / 2), (1e-2, 2 * BAND), (1e-4, 8 * BAND)):
+        told = known.astype(np.float32)
+        total = total + trust * cv2.GaussianBlur(seen * told[..., None], (0, 0), reach)
+        weight = weight + trust * cv2.GaussianBlur(told, (0, 0), reach)[..., None]
+    return total / weight
 
 
 def _few(colors: NDArray) -> NDArray:

@@ -25,7 +25,7 @@ from retarget.stage.carry import carried_on
 from retarget.stage.composite import Blend
 from retarget.stage.perform import Performance
 
-RIM = 4  # pixels round the layer that its ink, its soft edge and the film's blur have coloured
+RIM = 3, 0.005  # pixels, and times the picture's height: what the layer's ink, soft edge and halo have coloured
 AGREES = 0.6  # overlap of the cut-out with the captured outline from which on the cut-out alone is believed
 LOOKED_AT = 48  # frames that the background is found in
 ROOM = 256 * 2**20  # bytes that these may take
@@ -83,7 +83,8 @@ def without(shot: Shot, motion: CartoonMotion, parts: tuple[str, ...], clip: Cli
             f"the shot must be the one that was captured: it has {len(clip)} frames of {clip.size[0]} x "
             f"{clip.size[1]}, the motion {len(motion.times)} of {motion.size[0]} x {motion.size[1]}; give that one"
         )
-    brush = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * RIM + 1, 2 * RIM + 1))
+    rim = rim_of(clip.size)
+    brush = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * rim + 1, 2 * rim + 1))
     looks = {part: look(shot, motion, part, clip) for part in parts}
 
     def cover(t: int) -> NDArray:
@@ -95,6 +96,11 @@ def without(shot: Shot, motion: CartoonMotion, parts: tuple[str, ...], clip: Cli
     still = recover(clip, cover)
     fetch = remembering(lambda t: filled(clip[t][..., :3], cover(t), still), clip.size)
     return replace(clip, has_alpha=False, _fetch=fetch)
+
+
+def rim_of(size: tuple[int, int]) -> int:
+    """Pixels round a layer that are taken out with it, in a picture of `size` (width, height)."""
+    return round(RIM[0] + RIM[1] * size[1])
 
 
 def look(shot: Shot, motion: CartoonMotion, part: str, clip: Clip) -> Callable[[int], NDArray]:
@@ -160,7 +166,7 @@ def filled(frame: NDArray, cover: NDArray, still: Still) -> NDArray:
     off = seen - behind
     other = cv2.blur(np.abs(off).max(axis=-1), (3, 3)) > still.other
     told = ~hidden & sure & ~other
-    believed = hidden & sure & ~_beside(other & ~hidden, hidden)
+    believed = hidden & sure & ~_beside(other & ~hidden, hidden, rim_of(frame.shape[1::-1]))
     guess = np.where(believed[..., None], behind + _smooth_offset(off, told), seen)
     guess = np.round(np.clip(guess, 0, 255)).astype(np.uint8)
     unknown = hidden & ~believed
@@ -173,8 +179,8 @@ def filled(frame: NDArray, cover: NDArray, still: Still) -> NDArray:
     return made
 
 
-def _beside(flags: NDArray, hidden: NDArray) -> NDArray:
-    """Hidden pixels (h, w) within the rim's reach whose nearest pixel in sight has the flag."""
+def _beside(flags: NDArray, hidden: NDArray, reach: float) -> NDArray:
+    """Hidden pixels (h, w) within twice the rim's reach whose nearest pixel in sight has the flag."""
     if hidden.all():
         return np.zeros_like(flags)
     away, labels = cv2.distanceTransformWithLabels(
@@ -182,7 +188,7 @@ def _beside(flags: NDArray, hidden: NDArray) -> NDArray:
     )
     flag_of = np.zeros(labels.max() + 1, bool)
     flag_of[labels[~hidden]] = flags[~hidden]
-    return flag_of[labels] & (away <= 3 * RIM)
+    return flag_of[labels] & (away <= 2 * reach)
 
 
 def _smooth_offset(off: NDArray, told: NDArray) -> NDArray:
