@@ -40,7 +40,7 @@ def carried_on(picture: NDArray, hole: NDArray) -> NDArray:
 
 
 def _tint(seen: NDArray, known: NDArray, color: NDArray) -> NDArray:
-    """One colour (3,) as it varies over the picture (h, w, 3), from where it is known (h, w): near pixels count more."""
+    """One colour (3,) as it varies over the picture (h, w, 3), from where it is known (h, w): the near counts more."""
     weight = np.full((*known.shape, 1), 1e-9, np.float32)
     total = weight * color
     for trust, reach in ((1.0, BAND / 2), (1e-2, 2 * BAND), (1e-4, 8 * BAND)):

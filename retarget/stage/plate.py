@@ -1,13 +1,15 @@
 """Footage without a captured layer: what was behind it is found in other frames, and made up where it never shows.
 
-    cover   ->   still   ->   filled
+    cover   ->   camera   ->   still   ->   filled
 
-The camera stands still.  A pixel that the layer leaves free in other frames takes their median; where those differ
-among themselves, or the frame at hand shows something else next to it, its surroundings are carried on instead.
+Where the camera moved, all frames are laid onto the middle one.  A pixel that the layer leaves free in other frames
+takes their median; where those differ among themselves, or the frame at hand shows something else next to it, its
+surroundings are carried on instead.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -20,7 +22,7 @@ from capture.pictures import matte
 from capture.pictures.clip import Clip, remembering
 from capture.pictures.colors import ColorModel
 from capture.pictures.shot import Shot
-from retarget.stage import composite
+from retarget.stage import camera, composite
 from retarget.stage.carry import carried_on
 from retarget.stage.composite import Blend
 from retarget.stage.perform import Performance
@@ -87,14 +89,16 @@ def without(shot: Shot, motion: CartoonMotion, parts: tuple[str, ...], clip: Cli
     brush = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * rim + 1, 2 * rim + 1))
     looks = {part: look(shot, motion, part, clip) for part in parts}
 
+    @lru_cache(maxsize=64)
     def cover(t: int) -> NDArray:
         hidden = np.zeros(clip.size[::-1], np.uint8)
         for part in parts:
             hidden |= cv2.dilate((looks[part](t) > 0.05).astype(np.uint8), brush)
         return hidden
 
-    still = recover(clip, cover)
-    fetch = remembering(lambda t: filled(clip[t][..., :3], cover(t), still), clip.size)
+    maps, size = camera.onto_one(clip, cover)
+    still = recover(clip, cover, maps, size)
+    fetch = remembering(lambda t: filled(clip[t][..., :3], cover(t), _seen_by(still, maps[t], clip.size)), clip.size)
     return replace(clip, has_alpha=False, _fetch=fetch)
 
 
@@ -126,13 +130,16 @@ def _cut(colors: ColorModel, frame: NDArray, posed: NDArray) -> NDArray:
     return alpha if both > AGREES * either else np.maximum(alpha, posed.astype(np.float32))
 
 
-def recover(clip: Clip, cover: Callable[[int], NDArray]) -> Still:
-    """The still background, pixel by pixel the median of the frames (at most 48) that do not cover it."""
-    width, height = clip.size
+def recover(clip: Clip, cover: Callable[[int], NDArray], maps: NDArray, size: tuple[int, int]) -> Still:
+    """The still background, pixel by pixel the median of the frames (at most 48) that do not cover it.
+
+    `maps` (T, 3, 3) lead from a frame's pixels to those of the background, which has `size` (width, height).
+    """
+    width, height = size
     count = max(3, min(LOOKED_AT, len(clip), ROOM // (3 * width * height)))
     chosen = np.unique(np.linspace(0, len(clip) - 1, count).round().astype(int))
-    frames = np.stack([clip[t][..., :3] for t in chosen])
-    free = np.stack([cover(t) == 0 for t in chosen])
+    frames = np.stack([_warped(clip[t][..., :3], maps[t], size) for t in chosen])
+    free = np.stack([_warped((cover(t) == 0).astype(np.uint8) * 255, maps[t], size) > 250 for t in chosen])
     pixels, spread = np.zeros((height, width, 3), np.float32), np.zeros((height, width), np.float32)
     strip = max(1, 2**21 // (width * len(chosen)))
     for top in range(0, height, strip):
@@ -140,6 +147,19 @@ def recover(clip: Clip, cover: Callable[[int], NDArray]) -> Still:
         pixels[rows], spread[rows] = _median(frames[:, rows], free[:, rows])
     found = Still(pixels, free.sum(axis=0) >= max(2, len(chosen) // 20), float(np.percentile(spread, 25)))
     return replace(found, sure=found.sure & (spread <= found.other))
+
+
+def _seen_by(still: Still, onto: NDArray, size: tuple[int, int]) -> Still:
+    """The background as a frame sees it whose map onto it is (3, 3)."""
+    back = np.linalg.inv(onto)
+    sure = _warped(still.sure.astype(np.uint8) * 255, back, size) > 250
+    return replace(still, pixels=_warped(still.pixels, back, size), sure=sure)
+
+
+def _warped(picture: NDArray, onto: NDArray, size: tuple[int, int]) -> NDArray:
+    if picture.shape[1::-1] == size and np.array_equal(onto, np.eye(3)):
+        return picture
+    return cv2.warpPerspective(picture, onto, size, flags=cv2.INTER_LINEAR)
 
 
 def _median(frames: NDArray, free: NDArray) -> tuple[NDArray, NDArray]:

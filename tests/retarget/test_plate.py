@@ -16,7 +16,7 @@ from capture.pictures.shot import KeyDrawing, Part, Shot, write_shot
 from fixtures import ball, variants, write
 from retarget.characters.drawing import outline_drawing
 from retarget.cli import main
-from retarget.stage import plate
+from retarget.stage import camera, plate
 from retarget.stage.carry import carried_on
 from retarget.stage.perform import perform
 
@@ -65,6 +65,44 @@ def test_a_flickering_film_keeps_its_brightness_where_the_layer_was(footage):
     was = np.abs(clip[dark].astype(int) - toon.background).max(axis=-1) > 3
     off = clean[dark][was] - np.minimum(toon.background[was] * flicker[dark], 255)
     assert abs(off.mean()) < 3
+
+
+def test_a_camera_that_pans_and_zooms_is_followed():
+    """A red disc crosses a picture that the camera travels over; what it hid is the picture itself."""
+    rng = np.random.default_rng(5)
+    world = np.clip(120 + 400 * cv2.GaussianBlur(rng.normal(0, 1, (420, 640, 3)), (0, 0), 4), 0, 255).astype(np.uint8)
+    angle = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    frames, truths, outlines = [], [], []
+    for t in range(16):
+        zoom = 1.25 + 0.012 * t
+        look_at = np.array([[zoom, 0.01 * t, -60.0 - 9 * t], [-0.01 * t, zoom, -40.0 - 3 * t]])
+        truth = cv2.warpAffine(world, look_at, (320, 240), flags=cv2.INTER_AREA)
+        outline = [60 + 13 * t, 130] + 26 * np.stack([np.cos(angle), np.sin(angle)], -1)
+        frame = truth.copy()
+        cv2.fillPoly(frame, [np.round(outline * 16).astype(np.int32)], (20, 220, 60), cv2.LINE_AA, 4)
+        frames.append(frame)
+        truths.append(truth.astype(int))
+        outlines.append(outline)
+    clip = clip_of(np.stack(frames), 12.0)
+    motion = capture_outlines(np.array(outlines), [0], 12.0, clip.size, "disc")
+    shot = Shot("memory", (Part("disc", (KeyDrawing("rest", 0, tuple(map(tuple, outlines[0].tolist()))),)),))
+    maps = camera.homographies(clip, lambda t: (np.abs(frames[t].astype(int) - truths[t]).max(-1) > 0).astype(np.uint8))
+    assert maps is not None
+    clean = plate.without(shot, motion, ("disc",), clip)
+    still = np.median(np.stack(frames), axis=0)  # what taking the camera for still would give
+    for t in range(16):
+        was = np.abs(frames[t].astype(int) - truths[t]).max(axis=-1) > 0
+        off = np.abs(clean[t].astype(int) - truths[t])[was].mean()
+        assert off < 4 and off < 0.2 * np.abs(still - truths[t])[was].mean()
+
+
+def test_a_large_figure_before_an_empty_wall_is_not_taken_for_the_camera():
+    rng = np.random.default_rng(3)
+    coat = rng.integers(0, 255, (90, 90, 3)).astype(np.uint8)
+    frames = np.full((8, 240, 320, 3), 180, np.uint8)
+    for t in range(8):
+        frames[t, 60:150, 60 + 8 * t : 150 + 8 * t] = coat
+    assert camera.homographies(clip_of(frames, 12.0), lambda t: np.zeros((240, 320), np.uint8)) is None
 
 
 def test_a_part_in_front_stays_in_front():
