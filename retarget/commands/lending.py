@@ -105,6 +105,8 @@ def retarget(
         behind = casting.backdrop(chosen) if background is None else read_background(background)
         if isinstance(behind, Clip):
             told(behind)
+            if behind.edges[-1] < captured.times[-1]:
+                tell([f"{behind.path}: it ends after {behind.edges[-1]:.2f} s, its last frame stays behind the rest"])
         if blend == composite.Blend():
             frames = draw2d.draw_frames(performance, behind, size)
         elif behind is None:

@@ -113,6 +113,10 @@ def test_the_command_lays_a_character_over_a_clip_of_another_rate(performance, w
     assert main([*asked, "--background", str(tmp_path / "sky.mp4"), "--soften", "0.7"]) == 0
     made = read_clip(tmp_path / "out.mp4")
     assert [round(int(frame[0, 0, 0]) / 10) for frame in made] == [t // 2 for t in range(12)]
+    assert "its last frame stays" not in capsys.readouterr().err
+    write_clip(tmp_path / "short.mp4", greys(3, 12.0), 12.0)
+    assert main([*asked, "--background", str(tmp_path / "short.mp4")]) == 0
+    assert "it ends after 0.25 s, its last frame stays" in capsys.readouterr().err
     assert main([*asked, "--shadow", "0.5"]) == 2
     assert "add --background" in capsys.readouterr().err
     assert main([*asked, "--background", "nosuch.mp4"]) == 2
