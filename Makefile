@@ -39,5 +39,5 @@ setup:  ## make .venv with everything in it; the other targets do it by themselv
 	@sh .ci/setup.sh
 
 clean:  ## remove .venv and the caches, and nothing that you made
-	@rm -rf .venv .pytest_cache .ruff_cache .hypothesis dist
+	@rm -rf .venv .browser .pytest_cache .ruff_cache .hypothesis dist
 	@find capture mocap retarget fixtures tests -name __pycache__ -prune -exec rm -rf {} +

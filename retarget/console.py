@@ -1,8 +1,9 @@
 """What the commands share: reading flags, saying what a user should know, and refusing to run in a wrong place."""
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -96,9 +97,14 @@ def given_files(paths: tuple[Path, ...]) -> list[Path]:
 
 def told(clip: "Clip") -> "Clip":
     """The clip, after saying what a user should know of it."""
-    for note in clip.notes:
-        print(f"tooncap: {note}", file=sys.stderr)
+    tell(clip.notes)
     return clip
+
+
+def tell(notes: Iterable[str]) -> None:
+    """Say what a user should know, a line each, beside what the command prints."""
+    for note in notes:
+        print(f"tooncap: {note}", file=sys.stderr)
 
 
 def folder_at(folder: Path) -> Path:
@@ -123,13 +129,6 @@ def rgb(text: str) -> tuple[int, int, int]:
     except ValueError:
         raise InputError(f'a colour must be a name or such as "#3a7f2c", got {text!r}') from None
     return red, green, blue
-
-
-def background_of(text: str) -> Any:
-    """A colour's name as it is, or the picture of that file."""
-    from retarget.characters.picture import read_image
-
-    return read_image(text) if Path(text).suffix.lower() in (".png", ".jpg", ".jpeg", ".webp") else text
 
 
 def one_line(error: BaseException) -> str:

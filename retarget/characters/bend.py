@@ -76,6 +76,12 @@ class Bent:
         at = self.along * curve.length
         return curve.at(at) + _unfolded(across, curve.curvature(at))[:, None] * curve.normal(at)
 
+    def carrying(self, points: NDArray) -> "Bent":
+        """The same character with other points (P, 2) of its drawing in place of the control points."""
+        curve = _curve(self.line)
+        at, across = curve.locate(np.asarray(points, float))
+        return replace(self, along=at / curve.length, across=across)
+
 
 def read_bent(part: str, keyset: KeySet, file: str | Path, line: NDArray | None = None, thinning: float = 0.0) -> Bent:
     """An SVG file as a character that follows the line of action whose ribbons are `keyset`."""

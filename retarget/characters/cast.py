@@ -1,6 +1,6 @@
 """`*.cast.toml`: which character plays which part.
 
-    background = "white"                 # a colour or a picture; optional
+    background = "white"                 # a colour, a picture or a clip; optional
 
     [[parts]]
     name = "frog"
@@ -8,13 +8,15 @@
                                          # one drawing bent along a captured line of action
     height = 1.0                         # times the source's height
     pivot = [120.0, 80.0]                # where it turns, in the first key's drawing; the source's without it
+    box = [40, 20, 300, 280]             # x, y, width, height: cuts a photograph out of its background
 
     [[parts.keys]]
     name = "sit"
     drawing = "bunny_sit.svg"            # relative to this file; a PNG or JPG may add outline = [[x, y], ...]
 
 A part with a `drawing` of its own and no keys keeps its shape: only the captured affine map is lent to it.
-With keys, the part's `drawing` serves every key that names none.
+With keys, the part's `drawing` serves every key that names none; a picture that serves all of them and has no outlines
+is bent as the captured keys are.
 """
 
 import json
@@ -30,10 +32,13 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.files import written_beside
 from capture.motion import keys
+from capture.motion.keys import KeySet
 from capture.motion.tracks import CartoonMotion, Track
+from capture.pictures.clip import Clip
+from retarget.characters.backdrop import is_color, read_background
 from retarget.characters.bend import read_bent
 from retarget.characters.drawing import read_drawing
-from retarget.characters.picture import read_image, read_picture
+from retarget.characters.picture import read_picture
 from retarget.characters.target import REST, Target
 
 BEND = "bend"
@@ -61,6 +66,7 @@ class CastPart:
     between: str = "rigid"
     height: float = 1.0
     pivot: tuple[float, float] | None = None
+    box: tuple[float, float, float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -95,7 +101,7 @@ def write_cast(cast: Cast, path: str | Path) -> None:
     """Write a `*.cast.toml`; drawings stay the same files, named from the new file's folder."""
     lines = []
     if cast.background:
-        named = cast.background if _is_color(cast.background) else _from(path, cast, cast.background)
+        named = cast.background if is_color(cast.background) else _from(path, cast, cast.background)
         lines += [f"background = {_text(named)}", ""]
     for part in cast.parts:
         lines += ["[[parts]]", f"name = {_text(part.name)}"]
@@ -104,6 +110,8 @@ def write_cast(cast: Cast, path: str | Path) -> None:
         lines += [f"between = {_text(part.between)}", f"height = {float(part.height)!r}"]
         if part.pivot is not None:
             lines.append(f"pivot = {_numbers(part.pivot)}")
+        if part.box is not None:
+            lines.append(f"box = {_numbers(part.box)}")
         for key in part.keys:
             lines += ["", "[[parts.keys]]", f"name = {_text(key.name)}"]
             if key.drawing:
@@ -118,14 +126,17 @@ def write_cast(cast: Cast, path: str | Path) -> None:
 def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) -> Cast:
     """A cast straight from drawings: one file for a part with one key, or a folder or list of files by name.
 
-    A file plays the key its stem ends in (bunny_sit.svg plays sit); with several parts the stem ends in
-    part_key, or in the part alone where that has one key.
+    One picture can serve all keys of the only part.  Else a file plays the key its stem ends in (bunny_sit.svg plays
+    sit); with several parts the stem ends in part_key, or in the part alone where that has one key.
     """
     named = [drawings] if isinstance(drawings, (str, Path)) else list(drawings)
     files = [file for name in named for file in _drawings_at(Path(name))]
     if len(motion.tracks) == 1 and len(files) == len(motion.tracks[0].keys) == 1:
         track = motion.tracks[0]
         return Cast((CastPart(track.part, (CastKey(track.keys[0], str(files[0])),)),))
+    if len(motion.tracks) == len(files) == 1 and files[0].suffix.lower() in PICTURES:
+        track = motion.tracks[0]
+        return Cast((CastPart(track.part, tuple(CastKey(key) for key in track.keys), str(files[0])),))
     found: dict[tuple[str, str], Path] = {}
     for file in files:
         role = _role_of(file, motion)
@@ -150,15 +161,19 @@ def targets(cast: Cast, motion: CartoonMotion) -> list[Target]:
     return [_target(part, cast, motion) for part in cast.parts]
 
 
-def backdrop(cast: Cast) -> str | NDArray | None:
-    """The cast's background as `draw2d` takes it: a colour, a picture (H, W, 4), or None."""
-    if not cast.background or _is_color(cast.background):
-        return cast.background or None
-    return read_image(cast.folder / cast.background)
+def backdrop(cast: Cast) -> str | NDArray | Clip | None:
+    """The cast's background as `draw2d` takes it: a colour, a picture (H, W, 4), a clip, or None."""
+    if is_color(cast.background):
+        return cast.background
+    return None if not cast.background else read_background(cast.folder / cast.background)
 
 
 def _target(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
-    target = _bent(part, cast, motion) if part.between == BEND else _keyed(part, cast, motion.track(part.name))
+    target = (
+        _bent(part, cast, motion)
+        if part.between == BEND
+        else _keyed(part, cast, motion.track(part.name), motion.keyset(part.name))
+    )
     pivot = None if part.pivot is None else np.array(part.pivot, float)
     return replace(target, height=part.height, pivot=pivot)
 
@@ -173,7 +188,7 @@ def _bent(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
     return read_bent(part.name, motion.keyset(part.name), cast.folder / part.drawing)
 
 
-def _keyed(part: CastPart, cast: Cast, track: Track) -> Target:
+def _keyed(part: CastPart, cast: Cast, track: Track, source: KeySet) -> Target:
     rest = not part.keys
     played = {key.name: key for key in part.keys}
     if not rest and (set(played) != set(track.keys) or len(played) < len(part.keys)):
@@ -191,7 +206,7 @@ def _keyed(part: CastPart, cast: Cast, track: Track) -> Target:
         return read_drawing(part.name, names, files, between)
     if kinds <= set(PICTURES):
         outlines = [np.array(key.outline, float) if key.outline else None for key in keys]
-        return read_picture(part.name, names, files, outlines, between)
+        return read_picture(part.name, names, files, outlines, between, part.box, source)
     raise InputError(
         f"part {part.name!r}: its drawings must all be SVG, or all be pictures ({', '.join(PICTURES)}), "
         f"these are {', '.join(sorted(kinds))}: convert the others"
@@ -263,12 +278,6 @@ def _role_of(file: Path, motion: CartoonMotion) -> tuple[str, str]:
 
 def _plain(name: str) -> str:
     return name.lower().replace("-", "_").replace(" ", "_")
-
-
-def _is_color(text: str) -> bool:
-    from matplotlib.colors import is_color_like
-
-    return is_color_like(text)
 
 
 def _from(path: str | Path, cast: Cast, drawing: str) -> str:

@@ -1,10 +1,12 @@
 """Pictures that play a part: a PNG or JPG on a mesh, bent with it.
 
-A picture's outline comes from its alpha, or from points in the cast.  One picture can serve all keys, then
-the outlines say how it bends; or every key has its own, then the pictures melt into each other.
+A picture's outline comes from its alpha, from a box that it is cut out by, or from points in the cast.  One picture can
+serve all keys, then outlines say how it bends, or the captured keys do; or every key has its own, then the pictures
+melt into each other.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine, keys, triangulate
 from capture.motion.keys import Inbetweener, KeySet
+from retarget.characters.photo import carried, cut_out, read_photo
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,11 +23,17 @@ class Layer:
     """One picture in ever smaller sizes, and where the mesh lies in it."""
 
     pixels: tuple[NDArray, ...]  # (h, w, 4) float32, 0-1, premultiplied; each half the size of the one before
-    points: NDArray  # (N, 2) mesh points in the first of them
+    points: NDArray  # (N, 2) mesh points in the picture as it was
+    size: tuple[int, int]  # its width and height as it was: the first of `pixels` may be smaller
+
+    @cached_property
+    def opaque(self) -> bool:
+        """Whether nothing of it is transparent: then it goes on beyond its border as it is there."""
+        return bool(self.pixels[0][..., 3].min() >= 1)
 
     def level(self, scale: float) -> NDArray:
         """The size that suits a drawing at `scale` page pixels for a picture's pixel."""
-        number = round(np.log2(1 / max(scale, 1e-6)))
+        number = round(np.log2(self.pixels[0].shape[1] / self.size[0] / max(scale, 1e-6)))
         return self.pixels[int(np.clip(number, 0, len(self.pixels) - 1))]
 
 
@@ -50,6 +59,7 @@ class Picture:
     between: Inbetweener = keys.rigid
     height: float = 1.0
     pivot: NDArray | None = None
+    notes: tuple[str, ...] = ()  # what a user should be told
 
     def shapes(self, rows: NDArray) -> NDArray:
         """The mesh (D, N, 2) redrawn for rows (D, 3)."""
@@ -73,47 +83,56 @@ def read_picture(
     paths: list[Path],
     outlines: list[NDArray | None],
     between: Inbetweener = keys.rigid,
+    box: tuple[float, float, float, float] | None = None,
+    source: KeySet | None = None,
 ) -> Picture:
     """A picture character from one image (or the same for all keys), or one for every key.
 
-    Several keys need an outline (B, 2) each, in pixels, of the same number of points; a single key may leave
-    it to the picture's alpha.
+    With a `box` (x, y, width, height) what it is drawn round is cut out.  Several keys need an outline (B, 2) each, in
+    pixels, of the same number of points; but where one picture serves all keys, those of the `source` can be carried
+    over to the first.  A first outline may be left to the picture's alpha.
     """
-    images = {path: read_image(path) for path in dict.fromkeys(paths)}
-    if len(names) == 1 and outlines[0] is None:
-        outline = outline_of(images[paths[0]], str(paths[0]))
-        box = _visible_box(images[paths[0]])
+    photos = {path: read_photo(path) for path in dict.fromkeys(paths)}
+    if box is not None:
+        photos = {path: cut_out(photo, box, str(path)) for path, photo in photos.items()}
+    first = photos[paths[0]]
+    carries = len(photos) == 1 and source is not None and all(outline is None for outline in outlines[1:])
+    if outlines[0] is None and (len(names) == 1 or carries):
+        base = first.to_own(outline_of(first.pixels, str(paths[0])))
+        seen = first.to_own(_visible_box(first.pixels))
+    elif len(names) == 1 or carries:
+        base, seen = _dense(np.asarray(outlines[0], float)[None])[0], None
     else:
-        counts = [0 if outline is None else len(outline) for outline in outlines]
-        if min(counts) < 3 or len(set(counts)) > 1:
-            shown = ", ".join(f"{name} {count}" for name, count in zip(names, counts, strict=True))
-            raise InputError(
-                f"part {part!r}: pictures for several keys need an outline each, of the same 3 or more "
-                f"points, these have {shown}: give them in the cast"
-            )
-        outline = np.stack(outlines)
-        box = np.stack([outline[0].min(axis=0), outline[0].max(axis=0)])
-        if len(outline[0]) < 60:  # a rough outline still gets a mesh that bends
-            outline = _denser(outline, 120)
-    outline = np.reshape(outline, (len(names), -1, 2))
+        base, seen = None, None
+    if base is not None:
+        outline = base[None] if len(names) == 1 else carried(base, source, str(paths[0]))
+    else:
+        outline = _dense(_corresponding(part, names, outlines))
+    box_seen = np.stack([outline[0].min(axis=0), outline[0].max(axis=0)]) if seen is None else seen
     spacing = max(np.sqrt(abs(_area(outline[0])) / 400), 1.0)
     keyset = keys.keyset(names, outline, spacing=spacing)
     drawn = affine.apply(keyset.removed, keyset.points)
-    layers = [Layer(_sizes(images[path]), drawn[number]) for number, path in enumerate(paths)]
-    return Picture(part, keyset, box, tuple(layers if len(images) > 1 else layers[:1]), between)
+    sizes = {path: halved(photo.pixels) for path, photo in photos.items()}
+    layers = [Layer(sizes[path], drawn[k], photos[path].size) for k, path in enumerate(paths)]
+    notes = tuple(note for photo in photos.values() for note in photo.notes)
+    return Picture(part, keyset, box_seen, tuple(layers if len(photos) > 1 else layers[:1]), between, notes=notes)
+
+
+def _corresponding(part: str, names: tuple[str, ...], outlines: list[NDArray | None]) -> NDArray:
+    """The keys' outlines (K, B, 2), if each has one of the same number of points."""
+    counts = [0 if outline is None else len(outline) for outline in outlines]
+    if min(counts) < 3 or len(set(counts)) > 1:
+        shown = ", ".join(f"{name} {count}" for name, count in zip(names, counts, strict=True))
+        raise InputError(
+            f"part {part!r}: pictures for several keys need an outline each, of the same 3 or more "
+            f"points, these have {shown}: give them in the cast"
+        )
+    return np.stack(outlines)
 
 
 def read_image(path: str | Path) -> NDArray:
-    """An image file as uint8 RGBA (H, W, 4), turned upright if it says so."""
-    from PIL import Image, ImageOps, UnidentifiedImageError
-
-    try:
-        with Image.open(path) as image:
-            return np.array(ImageOps.exif_transpose(image).convert("RGBA"))
-    except FileNotFoundError:
-        raise InputError(f"a picture must be a file that exists: there is no {path}") from None
-    except (OSError, UnidentifiedImageError, ValueError) as error:
-        raise InputError(f"{path} must be a picture such as PNG or JPG, it cannot be read: {error}") from None
+    """An image file as uint8 RGBA (H, W, 4), turned upright if it says so, of at most 8 megapixels."""
+    return read_photo(path).pixels
 
 
 def outline_of(image: NDArray, name: str = "the picture", count: int | None = None) -> NDArray:
@@ -150,8 +169,10 @@ def valid_ring(ring: NDArray, count: int) -> NDArray:
     return ring
 
 
-def _denser(outlines: NDArray, count: int) -> NDArray:
-    """Corresponding outlines (K, B, 2) with every step cut alike, to about `count` points."""
+def _dense(outlines: NDArray, least: int = 60, count: int = 120) -> NDArray:
+    """Corresponding outlines (K, B, 2); rough ones with every step cut alike, to about `count` points."""
+    if outlines.shape[1] >= least:
+        return outlines
     parts = max(1, round(count / outlines.shape[1]))
     s = np.arange(parts)[:, None] / parts
     after = np.roll(outlines, -1, axis=1)
@@ -170,7 +191,7 @@ def _area(outline: NDArray) -> float:
     return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
-def _sizes(image: NDArray) -> tuple[NDArray, ...]:
+def halved(image: NDArray) -> tuple[NDArray, ...]:
     """The picture premultiplied, then halved until it is small, so that a small one does not flicker."""
     import cv2
 

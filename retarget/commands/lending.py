@@ -1,8 +1,9 @@
 """Commands from a motion to a new drawing."""
 
+from dataclasses import replace
 from pathlib import Path
 
-from retarget.console import Out, background_of, stem
+from retarget.console import Out, stem, tell, told
 
 
 def retarget(
@@ -12,8 +13,13 @@ def retarget(
     cast: Path | None = None,
     drawing: tuple[Path, ...] = (),
     background: str | None = None,
+    into: Path | None = None,
+    box: tuple[float, float, float, float] | None = None,
     size: int | None = None,
     bend: bool = False,
+    soften: float = 0.0,
+    match: float = 0.0,
+    shadow: float = 0.0,
 ) -> str:
     """Lend a captured motion to new drawings.
 
@@ -22,25 +28,42 @@ def retarget(
     motion
         The *.motion.json that was captured.
     out
-        What to make: .mp4, .webm (with alpha), .gif, a folder of PNG, or .csv for the curves.
+        What to make: .mp4, .webm (with alpha), .gif, a folder of PNG, .glb or .gltf for 3-D programs and the web, or
+        .csv for the curves.
     cast
         A *.cast.toml that says which drawing plays which key of which part.
     drawing
         Instead of a cast: SVG or PNG files whose names end in the key's name, or a folder of them.
     background
-        A colour or a picture behind the character; transparent if not given, white in an mp4.
+        A colour, a picture or a clip behind the character; transparent if not given, white in an mp4.  A clip runs at
+        its own rate.
+    into
+        The *.shot.toml that was captured: the character takes the place of the layer in its own clip.
+    box
+        X Y WIDTH HEIGHT round what to cut out of a photograph given with --drawing.
     size
         Width in pixels of what is made; the source's own if not given.
     bend
         Bend the one drawing along a captured line of action.
+    soften
+        Before a background: pixels that the character's edges are blurred by.
+    match
+        Before a background: 0 to 1, how far its brightness and colours go to the background's.
+    shadow
+        Before a background: 0 to 1, how dark a shadow it throws.
     """
     from capture.errors import InputError
+    from capture.fit.video import open_clip
     from capture.motion import tracks
+    from capture.pictures.clip import Clip
     from capture.pictures.encode import write_clip
+    from capture.pictures.shot import read_shot
     from capture.progress import progress, working
     from retarget.characters import cast as casting
+    from retarget.characters.backdrop import read_background
+    from retarget.export.gltf import write_glb
     from retarget.export.tables import write_csv
-    from retarget.stage import draw2d
+    from retarget.stage import composite, draw2d, plate
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
@@ -50,6 +73,8 @@ def retarget(
         return f"{out}: {tracks.summary(captured)}"
     if (cast is None) == (not drawing):
         raise InputError("a retarget needs either --cast FILE or --drawing FILES, to say who plays")
+    if box is not None and cast is not None:
+        raise InputError("--box cuts out the photograph given with --drawing; a cast says box = [...] itself")
     if bend and (cast is not None or len(drawing) != 1 or len(captured.tracks) != 1):
         raise InputError('--bend needs one --drawing and a motion of one part; a cast says between = "bend" itself')
     if bend:
@@ -57,10 +82,36 @@ def retarget(
         chosen = casting.Cast((part,))
     else:
         chosen = casting.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
+    if box is not None:
+        chosen = replace(chosen, parts=tuple(replace(part, box=box) for part in chosen.parts))
     with working("learning the drawings"):
-        performance = perform(captured, casting.targets(chosen, captured))
-    behind = casting.backdrop(chosen) if background is None else background_of(background)
-    frames = draw2d.draw_frames(performance, behind, size)
-    count = write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
+        actors = casting.targets(chosen, captured)
+        performance = perform(captured, actors)
+    tell(note for actor in actors for note in getattr(actor, "notes", ()))
     parts = ", ".join(part.name for part in chosen.parts)
+    if out.suffix in (".glb", ".gltf"):
+        with working("meshing the drawings"):
+            write_glb(performance, out)
+        return f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new bodies play {parts}"
+    blend = composite.Blend(soften, match, shadow)
+    if into is not None:
+        if background is not None:
+            raise InputError("--into says what is behind the character, the shot's own clip: leave --background out")
+        shot = read_shot(into)
+        clip = told(open_clip(shot))
+        with working("finding what was behind the layer"):
+            frames = plate.into(performance, shot, captured, clip, size, blend)
+    else:
+        behind = casting.backdrop(chosen) if background is None else read_background(background)
+        if isinstance(behind, Clip):
+            told(behind)
+            if behind.edges[-1] < captured.times[-1]:
+                tell([f"{behind.path}: it ends after {behind.edges[-1]:.2f} s, its last frame stays behind the rest"])
+        if blend == composite.Blend():
+            frames = draw2d.draw_frames(performance, behind, size)
+        elif behind is None:
+            raise InputError("--soften, --match and --shadow need something behind the character: add --background")
+        else:
+            frames = composite.over(performance, behind, size, blend)
+    count = write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
     return f"{out}: {count} frames at {captured.fps:.4g} a second, new drawings play {parts}"

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.motion import affine
+from retarget.characters import backdrop
 from retarget.characters.paths import DrawnPath, Gradient, Paint, windings, wound
 from retarget.characters.picture import DrawnPicture
+from retarget.stage.lay import lay
 from retarget.stage.perform import Performance
 from retarget.stage.warp import warp
 
@@ -21,30 +23,36 @@ from retarget.stage.warp import warp
 def draw(performance: Performance, t: int, background: Any = None, size: tuple[int, int] | None = None) -> NDArray:
     """Frame t as uint8 (H, W, 4), straight alpha; over a `background` it is opaque (H, W, 3).
 
-    The background is a colour ("white", "#fed", (255, 0, 0)) or an image (H, W, 3 | 4); `size` is width and
-    height in pixels, the performance's own without it.
+    The background is a colour ("white", "#fed", (255, 0, 0)), an image (H, W, 3 | 4), a clip or a sequence of frames;
+    `size` is width and height in pixels, the performance's own without it.
     """
     size = performance.size if size is None else size
     zoom = size[0] / performance.size[0]
-    return draw_things(performance.posed(t, zoom), size, background)
+    seen = None if background is None else backdrop.behind(background, t, float(performance.times[t]), size)
+    return draw_things(performance.posed(t, zoom), size, seen)
 
 
 def draw_frames(performance: Performance, background: Any = None, size: int | None = None) -> Iterator[NDArray]:
-    """All frames in turn, `size` pixels wide; a background may also be a sequence of frames."""
-    width, height = performance.size
-    if size is not None:
-        if size < 1:
-            raise InputError(f"the picture's width must be at least 1 pixel, it came as {size}: give a larger --size")
-        width, height = size, max(1, round(height * size / width))
+    """All frames in turn, `size` pixels wide, before the background."""
+    page = page_size(performance, size)
     for t in range(len(performance.times)):
-        yield draw(performance, t, _background_at(background, t), (width, height))
+        yield draw(performance, t, background, page)
+
+
+def page_size(performance: Performance, width: int | None) -> tuple[int, int]:
+    """Width and height in pixels of a page so wide; the performance's own if None."""
+    if width is None:
+        return performance.size
+    if width < 1:
+        raise InputError(f"the picture's width must be at least 1 pixel, it came as {width}: give a larger --size")
+    return width, max(1, round(performance.size[1] * width / performance.size[0]))
 
 
 def draw_things(things: Sequence[DrawnPath | DrawnPicture], size: tuple[int, int], background: Any = None) -> NDArray:
     """Drawn paths and pictures, back to front, on a page of `size` (width, height)."""
     page = _Page(*size)
     if background is not None:
-        page.pixels[..., :3] = _backdrop(background, size)
+        page.pixels[..., :3] = backdrop.behind(background, 0, 0.0, size)
         page.pixels[..., 3] = 255
     for thing in things:
         if isinstance(thing, DrawnPicture):
@@ -52,38 +60,6 @@ def draw_things(things: Sequence[DrawnPath | DrawnPicture], size: tuple[int, int
         else:
             _draw_path(page, thing)
     return page.pixels.copy() if background is None else page.pixels[..., :3].copy()
-
-
-def _background_at(background: Any, t: int) -> Any:
-    """The background of frame t: one for all, or that frame of a sequence (its last when it is shorter)."""
-    if background is None or isinstance(background, str) or np.ndim(background[0]) == 0:
-        return background
-    if isinstance(background, np.ndarray) and background.ndim == 3:
-        return background
-    return background[min(t, len(background) - 1)]
-
-
-def _backdrop(background: Any, size: tuple[int, int]) -> NDArray:
-    """A colour (3,) or an image (H, W, 3) of the page's size; an image's own alpha is laid on white."""
-    import cv2
-    from matplotlib.colors import is_color_like, to_rgb
-
-    if isinstance(background, str):
-        if not is_color_like(background):
-            raise InputError(f"a background must be a colour such as white or #ffeedd, or an image, got {background!r}")
-        return np.round(255 * np.array(to_rgb(background)))
-    background = np.asarray(background)
-    if background.ndim == 1 and len(background) >= 3:
-        return background[:3]
-    if background.ndim != 3 or background.shape[2] not in (3, 4):
-        raise InputError(f"a background image must be (H, W, 3 or 4), got an array of shape {background.shape}")
-    if background.shape[1::-1] != tuple(size):
-        smaller = background.shape[1] > size[0]
-        background = cv2.resize(background, size, interpolation=cv2.INTER_AREA if smaller else cv2.INTER_LINEAR)
-    if background.shape[2] == 4:
-        alpha = background[..., 3:] / 255
-        background = np.round(background[..., :3] * alpha + 255 * (1 - alpha))
-    return background[..., :3]
 
 
 class _Page:
@@ -132,10 +108,10 @@ def _draw_path(page: _Page, path: DrawnPath) -> None:
             continue
         cover = _coverage(page.spare(), path, outline, stroked, window)
         color = _colors(paint, window)
-        _lay(target.pixels[window], color[..., :3], color[..., 3] * cover * opacity)
+        lay(target.pixels[window], color[..., :3], color[..., 3] * cover * opacity)
     if target is not page:
         layer = target.pixels[window] / 255.0
-        _lay(page.pixels[window], layer[..., :3], layer[..., 3] * path.opacity)
+        lay(page.pixels[window], layer[..., :3], layer[..., 3] * path.opacity)
 
 
 def _draw_picture(page: _Page, picture: DrawnPicture) -> None:
@@ -144,7 +120,7 @@ def _draw_picture(page: _Page, picture: DrawnPicture) -> None:
         return
     color = warp(picture, window)  # premultiplied
     alpha = color[..., 3] * _coverage(page.spare(), picture, _agg_rings(picture), False, window)
-    _lay(page.pixels[window], color[..., :3] / np.maximum(color[..., 3:], 1e-6), alpha)
+    lay(page.pixels[window], color[..., :3] / np.maximum(color[..., 3:], 1e-6), alpha)
 
 
 def _faded(paint: Paint, opacity: float) -> tuple[float, ...] | None:
@@ -223,14 +199,3 @@ def _radial(u: NDArray, v: NDArray, focus: NDArray) -> NDArray:
     along = du * focus[0] + dv * focus[1]
     far = du**2 + dv**2
     return (along + np.sqrt(along**2 + far * inside)) / inside
-
-
-def _lay(below: NDArray, color: NDArray, alpha: NDArray) -> None:
-    """Lay colours (h, w, 3) of alpha (h, w) over uint8 pixels (h, w, 4), in place; both of straight alpha."""
-    under = below[..., 3] / 255.0
-    total = alpha + under * (1 - alpha)
-    share = (alpha / np.maximum(total, 1e-9))[..., None]
-    seen = alpha > 0
-    mixed = 255 * color * share + below[..., :3] * (1 - share)
-    below[..., :3] = np.where(seen[..., None], np.clip(np.round(mixed), 0, 255), below[..., :3])
-    below[..., 3] = np.where(seen, np.round(255 * total), below[..., 3])

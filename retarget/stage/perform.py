@@ -27,6 +27,8 @@ class Role:
     scale: float  # stage pixels for one of the target's units
     visible: NDArray  # (T,) bool
     order: NDArray  # (T,) int, higher is drawn later
+    rows: NDArray  # (D, 3) the in-betweens that were mixed ...
+    mixed: NDArray  # (T, D) ... and by which weights: exporters of shapes lend these on
 
     def mesh(self) -> NDArray:
         """Where the target's mesh is in every frame (T, N, 2)."""
@@ -80,7 +82,8 @@ def _role(motion: CartoonMotion, target: Target, pivots: dict[str, NDArray], sta
     place = affine.compose(stands[target.part], placement(motion, target))
     points = affine.apply(affine.compose(total_affine(motion, target.part, pivots), place), shape)
     folded = weights if rest else track.key_weights()
-    return Role(target, points, folded, float(np.hypot(*place[:, 0])), track.visible, track.order)
+    scale = float(np.hypot(*place[:, 0]))
+    return Role(target, points, folded, scale, track.visible, track.order, rows, weights)
 
 
 def placement(motion: CartoonMotion, target: Target) -> NDArray:

@@ -122,6 +122,15 @@ def test_a_motion_is_lent_to_a_drawing_in_every_format(short: Path, tmp_path: Pa
         assert made.has_alpha == (name != "new.mp4")
 
 
+def test_a_retarget_can_be_a_body_for_3d_programs(short: Path, tmp_path: Path, capsys):
+    asked = ["retarget", str(short / "ball.motion.json"), "--drawing", str(short / "square.svg"), "-o"]
+    assert main([*asked, str(tmp_path / "square.glb")]) == 0
+    assert (tmp_path / "square.glb").read_bytes()[:8] == b"glTF\x02\0\0\0"
+    assert main([*asked, str(tmp_path / "square.gltf")]) == 0
+    assert json.loads((tmp_path / "square.gltf").read_text(encoding="utf-8"))["asset"]["version"] == "2.0"
+    assert "8 frames" in capsys.readouterr().out.splitlines()[-1]
+
+
 def test_the_size_asked_for_is_the_size_made(short: Path, tmp_path: Path):
     asked = ["retarget", str(short / "ball.motion.json"), "--drawing", str(short / "square.svg"), "--size", "320"]
     assert main([*asked, "--background", "#fed", "-o", str(tmp_path / "small.mp4")]) == 0

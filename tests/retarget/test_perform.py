@@ -158,3 +158,11 @@ def test_two_targets_for_one_part_are_refused(by_hand):
     motion = tumbling(by_hand)
     with pytest.raises(InputError, match="one target only"):
         perform(motion, [itself(motion), itself(motion)])
+
+
+def test_a_role_tells_what_it_mixed_so_that_its_shapes_can_be_lent_on(worm, by_hand):
+    """The rows' shapes in the told weights are the role's own points, but for one affine map a frame."""
+    weights = np.random.default_rng(6).dirichlet(np.ones(7), 4)
+    role = perform(by_hand.motion(by_hand.tumble(4), weights), [read_drawing("egg", by_hand.names, worm)]).roles[0]
+    mixed = np.tensordot(role.mixed, role.target.shapes(role.rows), axes=1)
+    np.testing.assert_allclose(affine.apply(affine.fit(mixed, role.points), mixed), role.points, atol=1e-8)

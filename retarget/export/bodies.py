@@ -1,0 +1,172 @@
+"""What a performance hands to a 3-D file: every role as a mesh in a few shapes, mixed and placed in every frame.
+
+    v(t) = A(t) . (S_0 + sum_d w_d(t) (S_d - S_0))        morph targets, then a node: the equation of a motion
+
+The stage becomes a space whose unit is the height of the canvas: x to the right from its middle, y up from its lower
+edge, z to the viewer.  A body stands on its own origin, at the foot of its key 0, so that its node turns about there.
+
+The shapes are the rows of the motion, in-betweens included, not the keys alone: a mixture of keys would cut the
+corners that as-rigid-as-possible in-betweens go round.  Rows that are never used cost nothing, an exporter drops
+them.  The weights folded onto keys are handed on beside them for whoever wants to edit the motion.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.errors import InputError
+from capture.fit.action import centre_lines
+from capture.motion import affine
+from retarget.characters.bend import Bent
+from retarget.characters.drawing import Drawing
+from retarget.characters.picture import Picture
+from retarget.export import sheets
+from retarget.export.nodes import lifted
+from retarget.export.sheets import Look, Sheets
+from retarget.stage.perform import Performance, Role
+
+BETWEEN_LAYERS = 0.01
+"""A part that is drawn later lies this much nearer to the viewer, in canvas heights; its elements share the room.
+
+Programs that trace rays do not know a drawn order, they only know depth.
+"""
+
+EXACT = 1e-5
+"""Points of a body are within this share of its size of the role's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """Joints inside a body: its place moves their roots, and each vertex follows the joints it is bound to.
+
+    A vertex goes to sum_j share_j . world_j . inverse_bind_j . v, world_j made of the turns of j and all above it.
+    """
+
+    names: tuple[str, ...]  # J
+    parents: tuple[int, ...]  # J, -1 for a root; parents come first
+    translation: NDArray  # (T, J, 3) from the parent joint
+    rotation: NDArray  # (T, J, 4) quaternions (x, y, z, w), against the parent joint
+    inverse_bind: NDArray  # (J, 3, 4) from the body's own space to the joint's
+    joints: NDArray  # (V, 4) int, the joints a vertex follows
+    shares: NDArray  # (V, 4), rows sum to 1
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """One role as a mesh of V vertices for a 3-D file, in canvas heights, y up."""
+
+    name: str
+    shape_names: tuple[str, ...]  # D
+    shapes: NDArray  # (D, V, 3) about the body's own origin; the first is the base
+    weights: NDArray  # (T, D), rows sum to 1; they may lie outside 0 to 1
+    place: NDArray  # (T, 3, 4), from the body's own space to the stage
+    faces: NDArray  # (F, 3)
+    looks: tuple[Look, ...] = ()  # pictures it wears, one at a time
+    worn: NDArray | None = None  # (T,) the number of the look; None where there is one at most
+    visible: NDArray | None = None  # (T,) bool; None is always
+    depth: NDArray | None = None  # (T,) how much nearer to the viewer it is drawn; None is 0
+    color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)  # times the look, where there is one; sRGB
+    normals: NDArray | None = None  # (D, V, 3) of a lit body; None is a drawing, shown in its own colours
+    skin: Skin | None = None  # with one look at most
+    notes: dict[str, Any] = field(default_factory=dict)  # plain data for the file's extras
+
+
+def bodies(performance: Performance) -> tuple[Body, ...]:
+    """Every role of a performance as a body, in the order of the roles.
+
+    A role whose pictures melt into each other wears the one of the greatest share: what all 3-D programs can
+    show is a drawing changed for another, as in cut-out animation.
+    """
+    if not performance.roles:
+        raise InputError("a 3-D file needs somebody who plays, this performance has no roles: name a part in the cast")
+    order = np.stack([role.order for role in performance.roles])  # (R, T)
+    ranks = order.argsort(axis=0, kind="stable").argsort(axis=0, kind="stable")
+    return tuple(
+        _body(role, performance.size, BETWEEN_LAYERS * rank)
+        for role, rank in zip(performance.roles, ranks, strict=True)
+    )
+
+
+def stage_to_space(size: tuple[int, int]) -> NDArray:
+    """The map (2, 3) from stage pixels, y down, to canvas heights, y up, from the middle of the lower edge."""
+    width, height = size
+    return np.array([[1 / height, 0, -(width - 1) / (2 * height)], [0, -1 / height, (height - 0.5) / height]])
+
+
+def _body(role: Role, size: tuple[int, int], depth: NDArray) -> Body:
+    shown = {"visible": role.visible, "depth": depth, "notes": _notes(role)}
+    if isinstance(role.target, Bent):
+        dress = sheets.of_bent(role.target, role.scale * role.target.unit)
+        return _baked(role.target.part, _bent(role, dress.shapes[0]), size, dress, **shown)
+    dress = _sheets(role)
+    shown["worn"] = role.weights.argmax(axis=1) if len(dress.looks) > 1 else None
+    mixed = np.tensordot(role.mixed, role.target.shapes(role.rows), axes=1)  # (T, M, 2)
+    placed = affine.fit(mixed, role.points)
+    left = role.points - affine.apply(placed, mixed)
+    if np.abs(left).max() > EXACT * np.ptp(role.points, axis=1).max():  # staged point by point
+        vertices = affine.apply(placed, np.tensordot(role.mixed, dress.shapes, axes=1))
+        mesh = left[:, : role.target.keys.points.shape[1]]
+        vertices += np.stack([dress.carry @ moved for moved in mesh])
+        return _baked(role.target.part, vertices, size, dress, **shown)
+    low, high = role.target.box
+    foot, unit = np.array([0.5 * (low[0] + high[0]), high[1]]), role.scale / size[1]
+    own = np.array([[unit, 0, -unit * foot[0]], [0, -unit, unit * foot[1]]])
+    place = affine.compose(affine.compose(stage_to_space(size), placed), affine.invert(own))
+    names = tuple(_row_name(row, role.target.keys.names) for row in role.rows)
+    shapes = _layered(affine.apply(own, dress.shapes), dress)
+    return Body(role.target.part, names, shapes, role.mixed, lifted(place), dress.faces, looks=dress.looks, **shown)
+
+
+def _sheets(role: Role) -> Sheets:
+    if isinstance(role.target, Picture):
+        return sheets.of_picture(role.target, role.rows)
+    if isinstance(role.target, Drawing):
+        return sheets.of_drawing(role.target, role.rows, role.scale)
+    raise InputError(
+        f"part {role.target.part!r}: a 3-D file can hold drawings and pictures, this part is played by a "
+        f"{type(role.target).__name__.lower()}: make a video of it instead"
+    )
+
+
+def _bent(role: Role, vertices: NDArray) -> NDArray:
+    """Where vertices (V, 2) of a bent drawing are on the stage in every frame (T, V, 2)."""
+    riding = role.target.carrying(vertices)
+    return np.stack([riding.along_line(line, role.scale * riding.unit) for line in centre_lines(role.mesh())])
+
+
+def _baked(name: str, points: NDArray, size: tuple[int, int], dress: Sheets, **shown: Any) -> Body:
+    """A body from its vertices on the stage (T, V, 2) alone: the affine part of the way, and shapes for the rest.
+
+    The shapes are the fewest that bring every frame back, found by a singular value decomposition.
+    """
+    points = affine.apply(stage_to_space(size), points)
+    foot = np.array([points[0, :, 0].mean(), points[0, :, 1].min()])
+    base = points[0] - foot
+    place = affine.fit(base, points)
+    bends = affine.apply(affine.invert(place), points) - base  # (T, V, 2)
+    u, sigma, vt = np.linalg.svd(bends.reshape(len(points), -1), full_matrices=False)
+    height = np.ptp(base, axis=0).max()
+    left_out = np.sqrt(np.cumsum(sigma[::-1] ** 2))[::-1]  # no vertex is off by more in any frame
+    count = int((left_out > EXACT * height).sum())
+    shares, modes = u[:, :count] * sigma[:count] / height, vt[:count].reshape(count, -1, 2) * height
+    weights = np.column_stack([1 - shares.sum(axis=1), shares])
+    names = ("base", *(f"bend {number}" for number in range(1, count + 1)))
+    shapes = _layered(np.concatenate([base[None], base + modes]), dress)
+    return Body(name, names, shapes, weights, lifted(place), dress.faces, looks=dress.looks, **shown)
+
+
+def _layered(points: NDArray, dress: Sheets) -> NDArray:
+    """Points of the plane (D, V, 2) as points of space (D, V, 3), each element a little before the one behind it."""
+    depth = np.broadcast_to(0.9 * BETWEEN_LAYERS * dress.level, points.shape[:-1])
+    return np.concatenate([points, depth[..., None]], axis=-1)
+
+
+def _row_name(row: NDArray, names: tuple[str, ...]) -> str:
+    i, j, s = int(row[0]), int(row[1]), float(row[2])
+    return names[i] if s == 0 else f"{names[i]} to {names[j]} {s:.0%}"
+
+
+def _notes(role: Role) -> dict[str, Any]:
+    return {"keys": list(role.target.keys.names), "key_weights": np.round(role.weights, 6).tolist()}
