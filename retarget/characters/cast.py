@@ -13,6 +13,14 @@
     name = "sit"
     drawing = "bunny_sit.svg"            # relative to this file; a PNG or JPG may add outline = [[x, y], ...]
 
+A drawing may be a 3-D model: a GLB, glTF, OBJ or PLY.  Its in-betweens go straight, its pivot is a point [x, y, z] of
+it, and it has these fields more:
+
+    plane = "zy"                         # seen from its side; "xy" its front, "-zy", "-xy", or [x, y, z] to the viewer
+    depth = "volume"                     # what squash does to depth: "kept", "even", or keeping the "volume"
+    distance = 4.0                       # of the viewer, times the model's size; no perspective without it
+    morphs = { Smile = 1.0 }             # of a key: its morph targets, where none has the key's own name
+
 A part with a `drawing` of its own and no keys keeps its shape: only the captured affine map is lent to it.
 With keys, the part's `drawing` serves every key that names none.
 """
@@ -31,24 +39,29 @@ from capture.errors import InputError
 from capture.files import written_beside
 from capture.motion import keys
 from capture.motion.tracks import CartoonMotion, Track
+from retarget.characters import lift
 from retarget.characters.bend import read_bent
 from retarget.characters.drawing import read_drawing
+from retarget.characters.mesh import read_mesh
+from retarget.characters.meshfiles import MODELS
 from retarget.characters.picture import read_image, read_picture
 from retarget.characters.target import REST, Target
 
 BEND = "bend"
 BETWEEN = {"rigid": keys.rigid, "straight": keys.straight}
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")
-DRAWINGS = (".svg", *PICTURES)
+DRAWINGS = (".svg", *PICTURES, *MODELS)
+DEPTHS = {"kept": lift.kept, "even": lift.even, "volume": lift.keeping_volume}
 
 
 @dataclass(frozen=True)
 class CastKey:
-    """The drawing of one key; an outline, in its pixels, is for pictures."""
+    """The drawing of one key; an outline, in its pixels, is for pictures, morph targets are for models."""
 
     name: str
     drawing: str = ""
     outline: tuple[tuple[float, float], ...] = ()
+    morphs: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -60,7 +73,10 @@ class CastPart:
     drawing: str = ""
     between: str = "rigid"
     height: float = 1.0
-    pivot: tuple[float, float] | None = None
+    pivot: tuple[float, ...] | None = None
+    plane: str | tuple[float, float, float] = "xy"
+    depth: str = "kept"
+    distance: float | None = None
 
 
 @dataclass(frozen=True)
@@ -104,12 +120,21 @@ def write_cast(cast: Cast, path: str | Path) -> None:
         lines += [f"between = {_text(part.between)}", f"height = {float(part.height)!r}"]
         if part.pivot is not None:
             lines.append(f"pivot = {_numbers(part.pivot)}")
+        if part.plane != "xy":
+            lines.append(f"plane = {_text(part.plane) if isinstance(part.plane, str) else _numbers(part.plane)}")
+        if part.depth != "kept":
+            lines.append(f"depth = {_text(part.depth)}")
+        if part.distance is not None:
+            lines.append(f"distance = {float(part.distance)!r}")
         for key in part.keys:
             lines += ["", "[[parts.keys]]", f"name = {_text(key.name)}"]
             if key.drawing:
                 lines.append(f"drawing = {_text(_from(path, cast, key.drawing))}")
             if key.outline:
                 lines.append(f"outline = [{', '.join(map(_numbers, key.outline))}]")
+            if key.morphs:
+                shares = (f"{_text(name)} = {float(share)!r}" for name, share in key.morphs.items())
+                lines.append(f"morphs = {{ {', '.join(shares)} }}")
         lines.append("")
     with written_beside(path) as temporary:
         Path(temporary).write_text("\n".join(lines), encoding="utf-8")
@@ -192,8 +217,12 @@ def _keyed(part: CastPart, cast: Cast, track: Track) -> Target:
     if kinds <= set(PICTURES):
         outlines = [np.array(key.outline, float) if key.outline else None for key in keys]
         return read_picture(part.name, names, files, outlines, between)
+    if kinds <= set(MODELS):
+        morphs = [key.morphs for key in keys]
+        model = read_mesh(part.name, names, files, morphs, part.plane, DEPTHS[part.depth])
+        return replace(model, distance=part.distance)
     raise InputError(
-        f"part {part.name!r}: its drawings must all be SVG, or all be pictures ({', '.join(PICTURES)}), "
+        f"part {part.name!r}: its drawings must all be SVG, all pictures ({', '.join(PICTURES)}), or all models, "
         f"these are {', '.join(sorted(kinds))}: convert the others"
     )
 
@@ -203,6 +232,9 @@ def _checked(cast: Cast) -> Cast:
         if part.between not in (*BETWEEN, BEND):
             known = ", ".join((*BETWEEN, BEND))
             raise InputError(f"part {part.name!r}: between must be one of {known}, it is {part.between!r}")
+        if part.depth not in DEPTHS:
+            raise InputError(f"part {part.name!r}: depth must be one of {', '.join(DEPTHS)}, it is {part.depth!r}")
+        _check_space(part)
         if not 0 < part.height < np.inf:
             raise InputError(f"part {part.name!r}: height must be above 0, times the source's, it is {part.height}")
         for key in part.keys or (CastKey(REST),):
@@ -210,6 +242,22 @@ def _checked(cast: Cast) -> Cast:
                 whose = f"key {key.name!r} of part {part.name!r}" if part.keys else f"part {part.name!r}"
                 raise InputError(f'{whose} must have a drawing, it has none: add drawing = "file.svg"')
     return cast
+
+
+def _check_space(part: CastPart) -> None:
+    """Fields that only a model has, and a pivot of as many numbers as the drawing has directions."""
+    files = [key.drawing or part.drawing for key in part.keys] or [part.drawing]
+    solid = any(Path(file).suffix.lower() in MODELS for file in files)
+    if part.pivot is not None and len(part.pivot) != (3 if solid else 2):
+        wanted = "[x, y, z] in a model" if solid else "[x, y] in a drawing"
+        raise InputError(f"part {part.name!r}: pivot must be {wanted}, it is {_numbers(part.pivot)}")
+    if not solid and (part.plane != "xy" or part.depth != "kept" or part.distance is not None):
+        raise InputError(
+            f"part {part.name!r}: plane, depth and distance are for models, its drawing is none: leave them"
+        )
+    if part.distance is not None and not 1 < part.distance < np.inf:
+        raise InputError(f"part {part.name!r}: distance must be above 1, times the model's size, it is {part.distance}")
+    lift.view(part.plane)  # refuses a plane that is none
 
 
 def _refuse_unknown(stored: dict[str, Any]) -> None:
