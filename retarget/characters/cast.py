@@ -19,6 +19,7 @@ it, and it has these fields more:
     plane = "zy"                         # seen from its side; "xy" its front, "-zy", "-xy", or [x, y, z] to the viewer
     depth = "volume"                     # what squash does to depth: "kept", "even", or keeping the "volume"
     distance = 4.0                       # of the viewer, times the model's size; no perspective without it
+    carried = true                       # with no keys: they are made of the model's one shape, after the source's
     morphs = { Smile = 1.0 }             # of a key: its morph targets, where none has the key's own name
 
 A part with a `drawing` of its own and no keys keeps its shape: only the captured affine map is lent to it.
@@ -41,9 +42,10 @@ from capture.motion import keys
 from capture.motion.tracks import CartoonMotion, Track
 from retarget.characters import lift
 from retarget.characters.bend import read_bent
+from retarget.characters.carried import carried_shapes
 from retarget.characters.drawing import read_drawing
-from retarget.characters.mesh import read_mesh
-from retarget.characters.meshfiles import MODELS
+from retarget.characters.mesh import mesh, read_mesh
+from retarget.characters.meshfiles import MODELS, read_model
 from retarget.characters.picture import read_image, read_picture
 from retarget.characters.target import REST, Target
 
@@ -77,6 +79,7 @@ class CastPart:
     plane: str | tuple[float, float, float] = "xy"
     depth: str = "kept"
     distance: float | None = None
+    carried: bool = False
 
 
 @dataclass(frozen=True)
@@ -126,6 +129,8 @@ def write_cast(cast: Cast, path: str | Path) -> None:
             lines.append(f"depth = {_text(part.depth)}")
         if part.distance is not None:
             lines.append(f"distance = {float(part.distance)!r}")
+        if part.carried:
+            lines.append("carried = true")
         for key in part.keys:
             lines += ["", "[[parts.keys]]", f"name = {_text(key.name)}"]
             if key.drawing:
@@ -144,13 +149,15 @@ def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) 
     """A cast straight from drawings: one file for a part with one key, or a folder or list of files by name.
 
     A file plays the key its stem ends in (bunny_sit.svg plays sit); with several parts the stem ends in
-    part_key, or in the part alone where that has one key.
+    part_key, or in the part alone where that has one key.  One 3-D model plays all keys of the one part.
     """
     named = [drawings] if isinstance(drawings, (str, Path)) else list(drawings)
     files = [file for name in named for file in _drawings_at(Path(name))]
     if len(motion.tracks) == 1 and len(files) == len(motion.tracks[0].keys) == 1:
         track = motion.tracks[0]
         return Cast((CastPart(track.part, (CastKey(track.keys[0], str(files[0])),)),))
+    if len(motion.tracks) == 1 and len(files) == 1 and files[0].suffix.lower() in MODELS:
+        return Cast((_alone(motion.tracks[0], files[0]),))
     found: dict[tuple[str, str], Path] = {}
     for file in files:
         role = _role_of(file, motion)
@@ -170,6 +177,13 @@ def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) 
     return Cast(tuple(parts))
 
 
+def _alone(track: Track, file: Path) -> CastPart:
+    """One model for all keys: by its morph targets of their names, or bent after the source."""
+    named = {name.lower() for name in read_model(file).morphs} & {name.lower() for name in track.keys}
+    keys = tuple(CastKey(name) for name in track.keys) if named else ()
+    return CastPart(track.part, keys, str(file), carried=not named)
+
+
 def targets(cast: Cast, motion: CartoonMotion) -> list[Target]:
     """The characters of a cast, drawings read, keys in the motion's order."""
     return [_target(part, cast, motion) for part in cast.parts]
@@ -183,7 +197,12 @@ def backdrop(cast: Cast) -> str | NDArray | None:
 
 
 def _target(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
-    target = _bent(part, cast, motion) if part.between == BEND else _keyed(part, cast, motion.track(part.name))
+    if part.between == BEND:
+        target = _bent(part, cast, motion)
+    elif part.carried:
+        target = _carried(part, cast, motion)
+    else:
+        target = _keyed(part, cast, motion.track(part.name))
     pivot = None if part.pivot is None else np.array(part.pivot, float)
     return replace(target, height=part.height, pivot=pivot)
 
@@ -196,6 +215,14 @@ def _bent(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
             f"{len(part.keys)} keys and drawing {part.drawing!r}: give the part drawing = an SVG file alone"
         )
     return read_bent(part.name, motion.keyset(part.name), cast.folder / part.drawing)
+
+
+def _carried(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
+    """The part's one model, with keys carried over from the source's."""
+    model, source = read_model(cast.folder / part.drawing), motion.keyset(part.name)
+    shapes = carried_shapes(model, source, part.plane)
+    target = mesh(part.name, source.names, model, shapes, part.plane, DEPTHS[part.depth])
+    return replace(target, distance=part.distance)
 
 
 def _keyed(part: CastPart, cast: Cast, track: Track) -> Target:
@@ -251,6 +278,10 @@ def _check_space(part: CastPart) -> None:
     if part.pivot is not None and len(part.pivot) != (3 if solid else 2):
         wanted = "[x, y, z] in a model" if solid else "[x, y] in a drawing"
         raise InputError(f"part {part.name!r}: pivot must be {wanted}, it is {_numbers(part.pivot)}")
+    if part.carried and (not solid or part.keys):
+        raise InputError(
+            f"part {part.name!r}: carried is for a model without keys: give the part one model as its drawing"
+        )
     if not solid and (part.plane != "xy" or part.depth != "kept" or part.distance is not None):
         raise InputError(
             f"part {part.name!r}: plane, depth and distance are for models, its drawing is none: leave them"
