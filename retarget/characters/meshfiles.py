@@ -150,10 +150,7 @@ def _piece(file: GltfFile, primitive: dict[str, Any], names: list[str], place: N
     points = file.array(has["POSITION"]).astype(float)
     indices = file.array(primitive["indices"]).astype(int) if "indices" in primitive else np.arange(len(points))
     material = primitive.get("material")
-    texcoord = "TEXCOORD_0"
-    if material is not None:
-        which = file.things("materials")[material].get("pbrMetallicRoughness", {}).get("baseColorTexture", {})
-        texcoord = f"TEXCOORD_{which.get('texCoord', 0)}"
+    texcoord, offset, scale = _texture_place(file, material)
     colors = file.array(has["COLOR_0"]).astype(float) if "COLOR_0" in has else None
     if colors is not None:
         alpha = colors[:, 3:] if colors.shape[1] == 4 else np.ones((len(colors), 1))
@@ -168,11 +165,24 @@ def _piece(file: GltfFile, primitive: dict[str, Any], names: list[str], place: N
         "points": points @ place[:, :3].T + place[:, 3],
         "faces": _triangles(indices, primitive.get("mode", 4)),
         "material": material,
-        "uv": file.array(has[texcoord]).astype(float) if texcoord in has else None,
+        "uv": file.array(has[texcoord]) * scale + offset if texcoord in has else None,
         "colors": colors,
         "normals": file.array(has["NORMAL"]).astype(float) @ turned if "NORMAL" in has else None,
         "morphs": morphs,
     }
+
+
+def _texture_place(file: GltfFile, material: int | None) -> tuple[str, NDArray, NDArray]:
+    """Which attribute lays the texture, and how it is shifted and stretched there (KHR_texture_transform)."""
+    which = {} if material is None else file.things("materials")[material].get("pbrMetallicRoughness", {})
+    which = which.get("baseColorTexture", {})
+    moved = which.get("extensions", {}).get("KHR_texture_transform", {})
+    if moved.get("rotation"):
+        raise InputError(
+            f"{file.path}: its textures must not be turned on the surface, one is: export it with them baked"
+        )
+    number = moved.get("texCoord", which.get("texCoord", 0))
+    return f"TEXCOORD_{number}", np.array(moved.get("offset", (0.0, 0.0))), np.array(moved.get("scale", (1.0, 1.0)))
 
 
 def _triangles(indices: NDArray, mode: int) -> NDArray:

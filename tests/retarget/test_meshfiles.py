@@ -170,6 +170,23 @@ def test_each_primitive_keeps_its_own_material_and_picture(tmp_path):
     assert len(model.points) == 15 and model.faces.max() == 14
 
 
+def test_a_texture_may_be_shifted_and_stretched_but_not_turned(tmp_path):
+    Image.fromarray(np.full((4, 4, 4), 77, np.uint8)).save(tmp_path / "skin.png")
+    uv = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0.25)], np.float32)
+    mesh = {"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_1": 2}, "indices": 1, "material": 0}]}
+
+    def path(name, **moved):
+        which = {"index": 0, "extensions": {"KHR_texture_transform": {"texCoord": 1, **moved}}}
+        more = {"materials": [{"pbrMetallicRoughness": {"baseColorTexture": which}}], "textures": [{"source": 0}]}
+        more["extensionsRequired"] = ["KHR_texture_transform"]
+        return gltf(tmp_path / name, [*PLAIN, (uv, {})], meshes=[mesh], images=[{"uri": "skin.png"}], **more)
+
+    model = read_model(path("a.gltf", offset=[0.1, 0.2], scale=[2, 4]))
+    np.testing.assert_allclose(model.uv[4], [1.1, 1.2])
+    with pytest.raises(InputError, match="must not be turned"):
+        read_model(path("b.gltf", rotation=1.0))
+
+
 PLY = """ply
 format ascii 1.0
 element vertex 3
