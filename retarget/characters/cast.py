@@ -13,6 +13,15 @@
     name = "sit"
     drawing = "bunny_sit.svg"            # relative to this file; a PNG or JPG may add outline = [[x, y], ...]
 
+A drawing may be a 3-D model: a GLB, glTF, OBJ or PLY.  Its in-betweens go straight, its pivot is a point [x, y, z] of
+it, and it has these fields more:
+
+    plane = "zy"                         # seen from its side; "xy" its front, "-zy", "-xy", or [x, y, z] to the viewer
+    depth = "volume"                     # what squash does to depth: "kept", "even", or keeping the "volume"
+    distance = 4.0                       # of the viewer, times the model's size; no perspective without it
+    carried = true                       # with no keys: they are made of the model's one shape, after the source's
+    morphs = { Smile = 1.0 }             # of a key: its morph targets, where none has the key's own name
+
 A part with a `drawing` of its own and no keys keeps its shape: only the captured affine map is lent to it.
 With keys, the part's `drawing` serves every key that names none.
 """
@@ -31,24 +40,30 @@ from capture.errors import InputError
 from capture.files import written_beside
 from capture.motion import keys
 from capture.motion.tracks import CartoonMotion, Track
+from retarget.characters import lift
 from retarget.characters.bend import read_bent
+from retarget.characters.carried import carried_shapes
 from retarget.characters.drawing import read_drawing
+from retarget.characters.mesh import mesh, read_mesh
+from retarget.characters.meshfiles import MODELS, read_model
 from retarget.characters.picture import read_image, read_picture
 from retarget.characters.target import REST, Target
 
 BEND = "bend"
 BETWEEN = {"rigid": keys.rigid, "straight": keys.straight}
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")
-DRAWINGS = (".svg", *PICTURES)
+DRAWINGS = (".svg", *PICTURES, *MODELS)
+DEPTHS = {"kept": lift.kept, "even": lift.even, "volume": lift.keeping_volume}
 
 
 @dataclass(frozen=True)
 class CastKey:
-    """The drawing of one key; an outline, in its pixels, is for pictures."""
+    """The drawing of one key; an outline, in its pixels, is for pictures, morph targets are for models."""
 
     name: str
     drawing: str = ""
     outline: tuple[tuple[float, float], ...] = ()
+    morphs: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -60,7 +75,11 @@ class CastPart:
     drawing: str = ""
     between: str = "rigid"
     height: float = 1.0
-    pivot: tuple[float, float] | None = None
+    pivot: tuple[float, ...] | None = None
+    plane: str | tuple[float, float, float] = "xy"
+    depth: str = "kept"
+    distance: float | None = None
+    carried: bool = False
 
 
 @dataclass(frozen=True)
@@ -104,12 +123,23 @@ def write_cast(cast: Cast, path: str | Path) -> None:
         lines += [f"between = {_text(part.between)}", f"height = {float(part.height)!r}"]
         if part.pivot is not None:
             lines.append(f"pivot = {_numbers(part.pivot)}")
+        if part.plane != "xy":
+            lines.append(f"plane = {_text(part.plane) if isinstance(part.plane, str) else _numbers(part.plane)}")
+        if part.depth != "kept":
+            lines.append(f"depth = {_text(part.depth)}")
+        if part.distance is not None:
+            lines.append(f"distance = {float(part.distance)!r}")
+        if part.carried:
+            lines.append("carried = true")
         for key in part.keys:
             lines += ["", "[[parts.keys]]", f"name = {_text(key.name)}"]
             if key.drawing:
                 lines.append(f"drawing = {_text(_from(path, cast, key.drawing))}")
             if key.outline:
                 lines.append(f"outline = [{', '.join(map(_numbers, key.outline))}]")
+            if key.morphs:
+                shares = (f"{_text(name)} = {float(share)!r}" for name, share in key.morphs.items())
+                lines.append(f"morphs = {{ {', '.join(shares)} }}")
         lines.append("")
     with written_beside(path) as temporary:
         Path(temporary).write_text("\n".join(lines), encoding="utf-8")
@@ -119,13 +149,15 @@ def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) 
     """A cast straight from drawings: one file for a part with one key, or a folder or list of files by name.
 
     A file plays the key its stem ends in (bunny_sit.svg plays sit); with several parts the stem ends in
-    part_key, or in the part alone where that has one key.
+    part_key, or in the part alone where that has one key.  One 3-D model plays all keys of the one part.
     """
     named = [drawings] if isinstance(drawings, (str, Path)) else list(drawings)
     files = [file for name in named for file in _drawings_at(Path(name))]
     if len(motion.tracks) == 1 and len(files) == len(motion.tracks[0].keys) == 1:
         track = motion.tracks[0]
         return Cast((CastPart(track.part, (CastKey(track.keys[0], str(files[0])),)),))
+    if len(motion.tracks) == 1 and len(files) == 1 and files[0].suffix.lower() in MODELS:
+        return Cast((_alone(motion.tracks[0], files[0]),))
     found: dict[tuple[str, str], Path] = {}
     for file in files:
         role = _role_of(file, motion)
@@ -145,6 +177,13 @@ def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) 
     return Cast(tuple(parts))
 
 
+def _alone(track: Track, file: Path) -> CastPart:
+    """One model for all keys: by its morph targets of their names, or bent after the source."""
+    named = {name.lower() for name in read_model(file).morphs} & {name.lower() for name in track.keys}
+    keys = tuple(CastKey(name) for name in track.keys) if named else ()
+    return CastPart(track.part, keys, str(file), carried=not named)
+
+
 def targets(cast: Cast, motion: CartoonMotion) -> list[Target]:
     """The characters of a cast, drawings read, keys in the motion's order."""
     return [_target(part, cast, motion) for part in cast.parts]
@@ -158,7 +197,12 @@ def backdrop(cast: Cast) -> str | NDArray | None:
 
 
 def _target(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
-    target = _bent(part, cast, motion) if part.between == BEND else _keyed(part, cast, motion.track(part.name))
+    if part.between == BEND:
+        target = _bent(part, cast, motion)
+    elif part.carried:
+        target = _carried(part, cast, motion)
+    else:
+        target = _keyed(part, cast, motion.track(part.name))
     pivot = None if part.pivot is None else np.array(part.pivot, float)
     return replace(target, height=part.height, pivot=pivot)
 
@@ -171,6 +215,14 @@ def _bent(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
             f"{len(part.keys)} keys and drawing {part.drawing!r}: give the part drawing = an SVG file alone"
         )
     return read_bent(part.name, motion.keyset(part.name), cast.folder / part.drawing)
+
+
+def _carried(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
+    """The part's one model, with keys carried over from the source's."""
+    model, source = read_model(cast.folder / part.drawing), motion.keyset(part.name)
+    shapes = carried_shapes(model, source, part.plane)
+    target = mesh(part.name, source.names, model, shapes, part.plane, DEPTHS[part.depth])
+    return replace(target, distance=part.distance)
 
 
 def _keyed(part: CastPart, cast: Cast, track: Track) -> Target:
@@ -192,8 +244,12 @@ def _keyed(part: CastPart, cast: Cast, track: Track) -> Target:
     if kinds <= set(PICTURES):
         outlines = [np.array(key.outline, float) if key.outline else None for key in keys]
         return read_picture(part.name, names, files, outlines, between)
+    if kinds <= set(MODELS):
+        morphs = [key.morphs for key in keys]
+        model = read_mesh(part.name, names, files, morphs, part.plane, DEPTHS[part.depth])
+        return replace(model, distance=part.distance)
     raise InputError(
-        f"part {part.name!r}: its drawings must all be SVG, or all be pictures ({', '.join(PICTURES)}), "
+        f"part {part.name!r}: its drawings must all be SVG, all pictures ({', '.join(PICTURES)}), or all models, "
         f"these are {', '.join(sorted(kinds))}: convert the others"
     )
 
@@ -203,6 +259,9 @@ def _checked(cast: Cast) -> Cast:
         if part.between not in (*BETWEEN, BEND):
             known = ", ".join((*BETWEEN, BEND))
             raise InputError(f"part {part.name!r}: between must be one of {known}, it is {part.between!r}")
+        if part.depth not in DEPTHS:
+            raise InputError(f"part {part.name!r}: depth must be one of {', '.join(DEPTHS)}, it is {part.depth!r}")
+        _check_space(part)
         if not 0 < part.height < np.inf:
             raise InputError(f"part {part.name!r}: height must be above 0, times the source's, it is {part.height}")
         for key in part.keys or (CastKey(REST),):
@@ -210,6 +269,26 @@ def _checked(cast: Cast) -> Cast:
                 whose = f"key {key.name!r} of part {part.name!r}" if part.keys else f"part {part.name!r}"
                 raise InputError(f'{whose} must have a drawing, it has none: add drawing = "file.svg"')
     return cast
+
+
+def _check_space(part: CastPart) -> None:
+    """Fields that only a model has, and a pivot of as many numbers as the drawing has directions."""
+    files = [key.drawing or part.drawing for key in part.keys] or [part.drawing]
+    solid = any(Path(file).suffix.lower() in MODELS for file in files)
+    if part.pivot is not None and len(part.pivot) != (3 if solid else 2):
+        wanted = "[x, y, z] in a model" if solid else "[x, y] in a drawing"
+        raise InputError(f"part {part.name!r}: pivot must be {wanted}, it is {_numbers(part.pivot)}")
+    if part.carried and (not solid or part.keys):
+        raise InputError(
+            f"part {part.name!r}: carried is for a model without keys: give the part one model as its drawing"
+        )
+    if not solid and (part.plane != "xy" or part.depth != "kept" or part.distance is not None):
+        raise InputError(
+            f"part {part.name!r}: plane, depth and distance are for models, its drawing is none: leave them"
+        )
+    if part.distance is not None and not 1 < part.distance < np.inf:
+        raise InputError(f"part {part.name!r}: distance must be above 1, times the model's size, it is {part.distance}")
+    lift.view(part.plane)  # refuses a plane that is none
 
 
 def _refuse_unknown(stored: dict[str, Any]) -> None:
