@@ -299,7 +299,7 @@ def retarget(
     from retarget.characters import cast as casting
     from retarget.export.gltf import write_glb
     from retarget.export.tables import write_csv
-    from retarget.stage import draw2d
+    from retarget.stage import draw2d, staging
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
@@ -318,6 +318,7 @@ def retarget(
         chosen = casting.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
     with working("learning the drawings"):
         performance = perform(captured, casting.targets(chosen, captured))
+        performance = staging.stand(performance, captured) if chosen.ground else performance
     parts = ", ".join(part.name for part in chosen.parts)
     if out.suffix in (".glb", ".gltf"):
         with working("meshing the drawings"):

@@ -1,6 +1,7 @@
 """`*.cast.toml`: which character plays which part.
 
     background = "white"                 # a colour or a picture; optional
+    ground = true                        # feet stand where the source's feet stand; false leaves them as they come
 
     [[parts]]
     name = "frog"
@@ -89,6 +90,7 @@ class Cast:
     parts: tuple[CastPart, ...] = ()
     background: str = ""
     folder: Path = field(default=Path(), compare=False)
+    ground: bool = True
 
 
 def read_cast(path: str | Path) -> Cast:
@@ -116,6 +118,8 @@ def write_cast(cast: Cast, path: str | Path) -> None:
     if cast.background:
         named = cast.background if _is_color(cast.background) else _from(path, cast, cast.background)
         lines += [f"background = {_text(named)}", ""]
+    if not cast.ground:
+        lines += ["ground = false", ""]
     for part in cast.parts:
         lines += ["[[parts]]", f"name = {_text(part.name)}"]
         if part.drawing:

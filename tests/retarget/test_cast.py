@@ -239,3 +239,15 @@ def test_a_slip_in_the_fields_of_a_model_is_refused(tmp_path, fields, said):
     (tmp_path / "c.cast.toml").write_text(f'[[parts]]\nname = "egg"\n{fields}\n')
     with pytest.raises(InputError, match=said):
         read_cast(tmp_path / "c.cast.toml")
+
+
+def test_a_cast_stands_on_the_ground_unless_it_says_otherwise(tmp_path, worm, motion):
+    path = tmp_path / "worm.cast.toml"
+    write_cast(cast_of(worm, motion), path)
+    assert read_cast(path).ground
+    assert "ground" not in path.read_text(encoding="utf-8")
+    write_cast(replace(cast_of(worm, motion), ground=False), path)
+    assert not read_cast(path).ground
+    path.write_text('ground = "yes"\n' + path.read_text(encoding="utf-8").replace("ground = false\n", ""))
+    with pytest.raises(InputError, match=r"Expected `bool`.*ground"):
+        read_cast(path)
