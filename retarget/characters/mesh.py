@@ -149,7 +149,7 @@ def mesh(
     if (high - low)[:2].max() <= 0:
         raise InputError(f"part {part!r}: a model must be seen in its plane, it has no width or height there: turn it")
     view = np.column_stack([turn, [0.0, 0.0, -0.5 * (low[2] + high[2])]])
-    removed = _removed(affine.apply(view, shapes), used, view, depth)
+    removed = removed_maps(affine.apply(view, shapes), used, view, depth)
     aligned = affine.apply(affine.invert(removed), shapes)
     keyset = KeySet(tuple(names), aligned, model.faces, used, keys.inbetween_rows(len(names)), removed)
     smooth = _smooth(shapes[0], model)
@@ -167,7 +167,7 @@ def _check_alike(first: Model, other: Model, file: str, path: str) -> None:
         raise InputError(f"{rule}: it joins its points to other faces; edit a copy of the first")
 
 
-def _removed(seen: NDArray, used: NDArray, view: NDArray, depth: Depth) -> NDArray:
+def removed_maps(seen: NDArray, used: NDArray, view: NDArray, depth: Depth) -> NDArray:
     """The maps (K, 3, 4) of a model's space from an aligned key to the key, for keys as they are seen (K, N, 3).
 
     In the plane they are those of eq. 5, as for a drawing; depth follows by its rule.

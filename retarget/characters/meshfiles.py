@@ -76,7 +76,7 @@ def _read_gltf(path: Path) -> Model:
 def _gltf_model(file: GltfFile) -> Model:
     """All triangles of the file's scene; what hangs on a skin stays as it was bound."""
     pieces = []
-    for mesh, place in _placed(file):
+    for mesh, place in placed(file):
         names = mesh.get("extras", {}).get("targetNames", [])
         for primitive in mesh["primitives"]:
             if primitive.get("mode", 4) in (4, 5, 6) and "POSITION" in primitive["attributes"]:
@@ -113,7 +113,7 @@ def _gltf_model(file: GltfFile) -> Model:
     )
 
 
-def _placed(file: GltfFile) -> list[tuple[dict[str, Any], NDArray]]:
+def placed(file: GltfFile) -> list[tuple[dict[str, Any], NDArray]]:
     """The meshes of the file's scene with the maps (3, 4) from their own space to the scene's."""
     nodes, meshes = file.things("nodes"), file.things("meshes")
     scenes = file.things("scenes")
@@ -125,14 +125,14 @@ def _placed(file: GltfFile) -> list[tuple[dict[str, Any], NDArray]]:
         number, above = waiting.pop(0)
         passed += 1
         node = nodes[number]
-        whole = above @ _own_place(node)
+        whole = above @ own_place(node)
         if "mesh" in node:  # a skinned mesh is placed by its joints alone
             placed.append((meshes[node["mesh"]], np.eye(3, 4) if "skin" in node else whole[:3]))
         waiting += [(child, whole) for child in node.get("children", ())]
     return placed
 
 
-def _own_place(node: dict[str, Any]) -> NDArray:
+def own_place(node: dict[str, Any]) -> NDArray:
     """A node's map (4, 4) into its parent's space."""
     from scipy.spatial.transform import Rotation
 

@@ -15,6 +15,7 @@ from capture.errors import InputError
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, Track, total_affine
 from retarget.characters import lift
+from retarget.characters.puppet import Puppet
 from retarget.characters.target import REST, Target
 
 
@@ -79,7 +80,11 @@ def _role(motion: CartoonMotion, target: Target, pivots: dict[str, NDArray], sta
     rest = target.keys.names == (REST,)
     rows = np.zeros((1, 3)) if rest else track.rows
     weights = np.ones((len(track), 1)) if rest else track.weights
-    shape = np.tensordot(weights, target.shapes(rows), axes=1)  # (T, M, 2)
+    folded = weights if rest else track.key_weights()
+    if isinstance(target, Puppet):  # joints do not mix as points do
+        shape, rows, weights = target.acted(folded), _key_rows(len(target.keys.names)), folded
+    else:
+        shape = np.tensordot(weights, target.shapes(rows), axes=1)  # (T, M, 2)
     place = affine.compose(stands[target.part], placement(motion, target))
     moved = total_affine(motion, target.part, pivots)
     scale = float(np.hypot(*place[:, 0]))
@@ -87,8 +92,12 @@ def _role(motion: CartoonMotion, target: Target, pivots: dict[str, NDArray], sta
         place = affine.compose(lift.lifted(place, scale), target.view)
         moved = lift.lifted(moved, target.depth(moved))
     points = affine.apply(affine.compose(moved, place), shape)
-    folded = weights if rest else track.key_weights()
     return Role(target, points, folded, scale, track.visible, track.order, rows, weights)
+
+
+def _key_rows(count: int) -> NDArray:
+    """Rows (K, 3) of the keys themselves."""
+    return np.stack([np.arange(count), np.arange(count), np.zeros(count)], axis=-1)
 
 
 def placement(motion: CartoonMotion, target: Target) -> NDArray:
