@@ -22,6 +22,9 @@ it, and it has these fields more:
     distance = 4.0                       # of the viewer, times the model's size; no perspective without it
     carried = true                       # with no keys: they are made of the model's one shape, after the source's
     morphs = { Smile = 1.0 }             # of a key: its morph targets, where none has the key's own name
+    animation = "Run"                    # of a key: a moment of one of the model's animations; its joints then mix
+    time = 0.4                           # by angles, in seconds
+    joints = { elbow = [0, 0, 90] }      # of a key: joints turned from there, degrees about their own axes
 
 A part with a `drawing` of its own and no keys keeps its shape: only the captured affine map is lent to it.
 With keys, the part's `drawing` serves every key that names none.
@@ -48,6 +51,7 @@ from retarget.characters.drawing import read_drawing
 from retarget.characters.mesh import mesh, read_mesh
 from retarget.characters.meshfiles import MODELS, read_model
 from retarget.characters.picture import read_image, read_picture
+from retarget.characters.puppet import KeyPose, read_puppet
 from retarget.characters.target import REST, Target
 
 BEND = "bend"
@@ -59,12 +63,15 @@ DEPTHS = {"kept": lift.kept, "even": lift.even, "volume": lift.keeping_volume}
 
 @dataclass(frozen=True)
 class CastKey:
-    """The drawing of one key; an outline, in its pixels, is for pictures, morph targets are for models."""
+    """The drawing of one key; an outline, in its pixels, is for pictures, morph targets and poses are for models."""
 
     name: str
     drawing: str = ""
     outline: tuple[tuple[float, float], ...] = ()
     morphs: dict[str, float] = field(default_factory=dict)
+    animation: str = ""
+    time: float = 0.0
+    joints: dict[str, tuple[float, float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -144,6 +151,11 @@ def write_cast(cast: Cast, path: str | Path) -> None:
             if key.morphs:
                 shares = (f"{_text(name)} = {float(share)!r}" for name, share in key.morphs.items())
                 lines.append(f"morphs = {{ {', '.join(shares)} }}")
+            if key.animation:
+                lines += [f"animation = {_text(key.animation)}", f"time = {float(key.time)!r}"]
+            if key.joints:
+                turns = (f"{_text(name)} = {_numbers(turn)}" for name, turn in key.joints.items())
+                lines.append(f"joints = {{ {', '.join(turns)} }}")
         lines.append("")
     with written_beside(path) as temporary:
         Path(temporary).write_text("\n".join(lines), encoding="utf-8")
@@ -248,6 +260,14 @@ def _keyed(part: CastPart, cast: Cast, track: Track) -> Target:
     if kinds <= set(PICTURES):
         outlines = [np.array(key.outline, float) if key.outline else None for key in keys]
         return read_picture(part.name, names, files, outlines, between)
+    if any(key.animation or key.joints for key in keys):
+        if len(set(files)) > 1 or any(key.morphs for key in keys):
+            raise InputError(
+                f"part {part.name!r}: a figure's poses must be of one file and without morphs: give it one"
+            )
+        poses = [KeyPose(key.animation, key.time, key.joints) for key in keys]
+        puppet = read_puppet(part.name, names, files[0], poses, part.plane, DEPTHS[part.depth])
+        return replace(puppet, body=replace(puppet.body, distance=part.distance))
     if kinds <= set(MODELS):
         morphs = [key.morphs for key in keys]
         model = read_mesh(part.name, names, files, morphs, part.plane, DEPTHS[part.depth])

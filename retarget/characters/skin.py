@@ -1,7 +1,7 @@
 """A mesh on a skeleton: the nodes, bindings and animations of a glTF file, and linear blend skinning.
 
-A point goes to sum_b share_b . world_b . inverse_bind_b . v, with world_b the map of the node it is bound to.  All nodes
-of the file are joints here, those above a skeleton and meshes without one too: a hat that hangs on a head moves with it.
+A point goes to sum_b share_b . world_b . inverse_bind_b . v, with world_b the map of the node it is bound to.  All
+nodes of the file are joints here, those above a skeleton and meshes without one too: a hat on a head moves with it.
 """
 
 from dataclasses import dataclass
