@@ -6,7 +6,7 @@ so stays with the key.  In-betweens go straight, as morph targets do everywhere.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -152,9 +152,13 @@ def mesh(
     removed = removed_maps(affine.apply(view, shapes), used, view, depth)
     aligned = affine.apply(affine.invert(removed), shapes)
     keyset = KeySet(tuple(names), aligned, model.faces, used, keys.inbetween_rows(len(names)), removed)
-    smooth = _smooth(shapes[0], model)
-    surface = Surface(model.faces, model.uv, model.surface, model.materials, model.colors, smooth)
+    surface = surface_of(replace(model, points=shapes[0]))
     return Mesh(part, keyset, np.stack([low[:2], high[:2]]), view, surface, depth)
+
+
+def surface_of(model: Model) -> Surface:
+    """What a model looks like in any shape; where its edges are hard is seen in the shape it has."""
+    return Surface(model.faces, model.uv, model.surface, model.materials, model.colors, _smooth(model.points, model))
 
 
 def _check_alike(first: Model, other: Model, file: str, path: str) -> None:

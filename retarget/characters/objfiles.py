@@ -52,7 +52,9 @@ def read_obj(path: Path) -> Model:
     return Model(
         points=listed[at],
         faces=np.array(faces),
-        materials=tuple(materials.get(name, Material()) for name in used),
+        materials=tuple(
+            materials.get(name, Material((1.0, 1.0, 1.0, 1.0)) if colored else Material()) for name in used
+        ),
         surface=np.array(surface),
         uv=np.where(at_texture[:, None] < 0, 0.0, textures[at_texture] * [1, -1] + [0, 1]),
         colors=np.hstack([np.array([place[3:] for place in places])[at], np.ones((len(at), 1))]) if colored else None,

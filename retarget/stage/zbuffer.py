@@ -119,6 +119,7 @@ def _cover(  # noqa: ANN202 - numba reads this too
     """Write into `which` (h, w, 4) the nearest of the chosen faces at every place, and how near it is."""
     uv, share, number, level, texels, sizes, looks = textures
     height, width, count = which.shape
+    off = np.empty((3, count))
     for f in chosen:
         x0, y0, z0 = corners[f, 0]
         x1, y1, z1 = corners[f, 1]
@@ -132,16 +133,22 @@ def _cover(  # noqa: ANN202 - numba reads this too
         least, most = min(z0, z1, z2), max(z0, z1, z2)
         look = int(number[f])
         cut_out = looks[look, 6] != 0 and looks[look, 5] > 0
+        # twice the area between each edge and a place, positive inside; what is the same for all pixels comes first
+        dx0, dy0, c0 = sign * (y1 - y2), sign * (x2 - x1), sign * (x1 * y2 - x2 * y1)
+        dx1, dy1, c1 = sign * (y2 - y0), sign * (x0 - x2), sign * (x2 * y0 - x0 * y2)
+        dx2, dy2, c2 = sign * (y0 - y1), sign * (x1 - x0), sign * (x0 * y1 - x1 * y0)
+        for k in range(count):
+            off[0, k] = dx0 * places[k, 0] + dy0 * places[k, 1]
+            off[1, k] = dx1 * places[k, 0] + dy1 * places[k, 1]
+            off[2, k] = dx2 * places[k, 0] + dy2 * places[k, 1]
         for y in range(top, bottom + 1):
             for x in range(left, right + 1):
+                m0, m1, m2 = dx0 * x + dy0 * y + c0, dx1 * x + dy1 * y + c1, dx2 * x + dy2 * y + c2
                 for k in range(count):
-                    px, py = x + places[k, 0], y + places[k, 1]
-                    e0 = (x1 - px) * (y2 - py) - (x2 - px) * (y1 - py)
-                    e1 = (x2 - px) * (y0 - py) - (x0 - px) * (y2 - py)
-                    e2 = (x0 - px) * (y1 - py) - (x1 - px) * (y0 - py)
-                    if e0 * sign < 0 or e1 * sign < 0 or e2 * sign < 0:
+                    e0, e1, e2 = m0 + off[0, k], m1 + off[1, k], m2 + off[2, k]
+                    if e0 < 0 or e1 < 0 or e2 < 0:
                         continue
-                    z = min(max((e0 * z0 + e1 * z1 + e2 * z2) / area, least), most)
+                    z = min(max((e0 * z0 + e1 * z1 + e2 * z2) / (sign * area), least), most)
                     # faces that lie in one another: the first stays, in every frame
                     if z <= nearest[y, x, k] + 1e-5 * (1 + abs(z)):
                         continue

@@ -110,6 +110,25 @@ def test_three_draws_the_model_that_we_draw(three, tmp_path, monkeypatch):
         assert np.abs(_soft(ours[:, ::-1]) - _soft(shown)).mean() > 10 * off.mean()
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_three_keeps_the_drawn_order_of_models_that_lie_in_one_another(three, tmp_path, monkeypatch, first):
+    monkeypatch.setattr(zbuffer, "LIGHTS", np.array([[0.0, 0, 1, 0]]))
+    monkeypatch.setattr(zbuffer, "AMBIENT", 1.0)
+    large = motion(3, wild=False)
+    order = np.array([first, 1 - first, first])
+    track = replace(large.tracks[0], part="small", order=order)
+    both = replace(large, tracks=(replace(large.tracks[0], order=1 - order), track), keysets=2 * large.keysets)
+    model, shapes = knot()
+    small = replace(mesh("small", ("rest", "bend"), model, shapes, (1, 1, 1)), height=0.6)
+    performance = perform(both, [mesh("knot", ("rest", "bend"), model, shapes), small])
+    plain = tuple(replace(body, normals=None) for body in bodies(performance))
+    write_bodies(plain, performance.times, performance.fps, tmp_path / "both.glb", SIZE[0] / SIZE[1])
+    times = frame_times(performance)
+    for t, shown in enumerate(three(tmp_path / "both.glb", times, times, SIZE).pictures):
+        off = np.abs(_soft(draw(performance, t, "white")) - _soft(shown))
+        assert off.mean() < 0.6 and np.percentile(off, 99.5) < 25, t
+
+
 def test_a_model_written_and_read_back_is_the_model(tmp_path):
     performance = playing()
     write_glb(performance, tmp_path / "knot.glb")

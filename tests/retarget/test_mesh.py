@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from capture.motion import affine
+from capture.motion import affine, keys
 from retarget.characters import lift
 from retarget.characters.mesh import mesh, read_mesh
 from retarget.characters.meshfiles import Material, Model
@@ -132,6 +132,24 @@ def test_a_nod_to_the_viewer_is_no_captured_map_and_stays_in_the_key():
     target = character("xy", names=("sit", "lean"), shapes=np.stack([points, points @ nod.T]))
     depth = target.keys.points[1, :, 2]
     np.testing.assert_allclose(depth, (points @ nod.T)[:, 2], atol=1e-12)
+
+
+def test_a_motion_lent_to_bodies_of_its_own_keys_is_the_motion(by_hand):
+    """The source's outline given some depth, key by key: what is seen of it is the captured outline again."""
+    motion = by_hand.motion(by_hand.tumble(6), np.random.default_rng(5).dirichlet(np.ones(7), 6))
+    source = motion.keyset("egg")
+    drawn = affine.apply(source.removed, source.points)[:, source.outline] * [1, -1]
+    count = drawn.shape[1]
+    shapes = np.concatenate([np.dstack([drawn, np.full(drawn.shape[:2], side)]) for side in (-20.0, 20.0)], axis=1)
+    here, after = np.arange(count), np.roll(np.arange(count), -1)
+    faces = np.concatenate(
+        [np.stack([here, after, after + count], -1), np.stack([here, after + count, here + count], -1)]
+    )
+    for depth in (lift.kept, lift.keeping_volume):
+        role = perform(motion, [mesh("egg", by_hand.names, model(shapes[0], faces), shapes, "xy", depth)]).roles[0]
+        truth = motion.points("egg", keys.straight)[:, source.outline]
+        np.testing.assert_allclose(role.points[:, :count, :2], truth, atol=1e-6)
+        np.testing.assert_allclose(role.points[:, count:, :2], truth, atol=1e-6)
 
 
 def test_in_betweens_go_straight_and_beyond_the_keys(by_hand):

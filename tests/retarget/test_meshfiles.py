@@ -83,6 +83,7 @@ def test_obj_files_that_differ_in_their_normals_alone_correspond(tmp_path):
 def test_an_obj_may_have_a_colour_at_each_place(tmp_path):
     model = read_model(written(tmp_path / "a.obj", "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 0.5\nf 1 2 3\n"))
     assert model.colors.tolist() == [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 0.5, 1]]
+    assert model.materials[0].color == (1, 1, 1, 1)
 
 
 @pytest.mark.parametrize("suffix", [".gltf", ".glb"])
