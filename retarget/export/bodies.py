@@ -10,7 +10,7 @@ corners that as-rigid-as-possible in-betweens go round.  Rows that are never use
 them.  The weights folded onto keys are handed on beside them for whoever wants to edit the motion.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,10 @@ from retarget.characters.bend import Bent
 from retarget.characters.drawing import Drawing
 from retarget.characters.mesh import Mesh
 from retarget.characters.picture import Picture
-from retarget.export import sheets, solids
+from retarget.characters.puppet import Puppet
+from retarget.characters.skin import skinned
+from retarget.export import jointed, sheets, solids
+from retarget.export.jointed import Skin
 from retarget.export.nodes import lifted
 from retarget.export.sheets import Look, Sheets
 from retarget.stage.perform import Performance, Role
@@ -37,22 +40,6 @@ Programs that trace rays do not know a drawn order, they only know depth.
 
 EXACT = 1e-5
 """Points of a body are within this share of its size of the role's."""
-
-
-@dataclass(frozen=True, eq=False)
-class Skin:
-    """Joints inside a body: its place moves their roots, and each vertex follows the joints it is bound to.
-
-    A vertex goes to sum_j share_j . world_j . inverse_bind_j . v, world_j made of the turns of j and all above it.
-    """
-
-    names: tuple[str, ...]  # J
-    parents: tuple[int, ...]  # J, -1 for a root; parents come first
-    translation: NDArray  # (T, J, 3) from the parent joint
-    rotation: NDArray  # (T, J, 4) quaternions (x, y, z, w), against the parent joint
-    inverse_bind: NDArray  # (J, 3, 4) from the body's own space to the joint's
-    joints: NDArray  # (V, 4) int, the joints a vertex follows
-    shares: NDArray  # (V, 4), rows sum to 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +74,9 @@ def bodies(performance: Performance) -> tuple[Body, ...]:
     depths = _depths(performance)
     found: list[Body] = []
     for role, depth in zip(performance.roles, depths, strict=True):
-        if isinstance(role.target, Mesh):
+        if isinstance(role.target, Puppet):
+            found += _jointed(role, performance.size, depth)
+        elif isinstance(role.target, Mesh):
             found += _solid(role, performance.size, depth)
         else:
             found.append(_body(role, performance.size, depth))
@@ -98,7 +87,7 @@ def _depths(performance: Performance) -> NDArray:
     """How much nearer each role is drawn (R, T): what is drawn later lies before all of what is drawn earlier."""
     order = np.stack([role.order for role in performance.roles])  # (R, T)
     pile = order.argsort(axis=0, kind="stable")
-    solid = [isinstance(role.target, Mesh) for role in performance.roles]
+    solid = [isinstance(role.target, (Mesh, Puppet)) for role in performance.roles]
     reach = [
         np.abs(role.points[..., 2]).max() / performance.size[1] if s else 0.0
         for role, s in zip(performance.roles, solid)
@@ -169,6 +158,36 @@ def _solid(role: Role, size: tuple[int, int], depth: NDArray) -> list[Body]:
             color=part.color,
             normals=part.normals,
             colors=part.colors,
+            notes=_notes(role),
+        )
+        for number, part in enumerate(parts)
+    ]
+
+
+def _jointed(role: Role, size: tuple[int, int], depth: NDArray) -> list[Body]:
+    """A figure's bodies: its joints turn in the units of its file, and its place does all the rest."""
+    target = role.target
+    unplaced = skinned(target.skin, target.rest, target.posture(role.weights))
+    stage = lift.lifted(stage_to_space(size), 1 / size[1])
+    place = affine.compose(stage, affine.fit(unplaced, role.points))
+    skin = jointed.skin_of(target, role.weights)
+    bound = replace(target.body, keys=replace(target.keys, points=target.rest[None]))
+    parts = solids.pieces(bound, affine.identity(3))
+    return [
+        Body(
+            target.part if len(parts) == 1 else f"{target.part} {number}",
+            ("bound",),
+            target.rest[None, part.points],
+            np.ones((len(role.points), 1)),
+            place,
+            part.faces,
+            looks=() if part.look is None else (part.look,),
+            visible=role.visible,
+            depth=depth,
+            color=part.color,
+            normals=part.normals,
+            colors=part.colors,
+            skin=replace(skin, joints=skin.joints[part.points], shares=skin.shares[part.points]),
             notes=_notes(role),
         )
         for number, part in enumerate(parts)
