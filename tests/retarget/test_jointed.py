@@ -38,9 +38,7 @@ def figure(arm, names):
 
 def test_a_figure_in_a_file_is_the_role_on_the_stage(arm, by_hand):
     rng = np.random.default_rng(8)
-    performance = perform(
-        by_hand.motion(by_hand.tumble(5), rng.dirichlet(np.ones(7), 5)), [figure(arm, by_hand.names)]
-    )
+    performance = perform(by_hand.motion(by_hand.tumble(5), rng.dirichlet(np.ones(7), 5)), [figure(arm, by_hand.names)])
     (body,) = bodies(performance)
     stage, role = stage_to_space(performance.size), performance.roles[0]
     used = np.unique(role.target.body.surface.faces)
