@@ -22,8 +22,8 @@ it, and it has these fields more:
     distance = 4.0                       # of the viewer, times the model's size; no perspective without it
     carried = true                       # with no keys: they are made of the model's one shape, after the source's
     morphs = { Smile = 1.0 }             # of a key: its morph targets, where none has the key's own name
-    animation = "Run"                    # of a key: a moment of one of the model's animations; its joints then mix
-    time = 0.4                           # by angles, in seconds
+    animation = "Run"                    # of a key: a moment of one of the model's animations ("motion" in a BVH);
+    time = 0.4                           # in seconds; joints then mix by angles
     joints = { elbow = [0, 0, 90] }      # of a key: joints turned from there, degrees about their own axes
 
 A part with a `drawing` of its own and no keys keeps its shape: only the captured affine map is lent to it.
@@ -298,7 +298,7 @@ def _checked(cast: Cast) -> Cast:
 def _check_space(part: CastPart) -> None:
     """Fields that only a model has, and a pivot of as many numbers as the drawing has directions."""
     files = [key.drawing or part.drawing for key in part.keys] or [part.drawing]
-    solid = any(Path(file).suffix.lower() in MODELS for file in files)
+    solid = any(Path(file).suffix.lower() in (*MODELS, ".bvh") for file in files)
     if part.pivot is not None and len(part.pivot) != (3 if solid else 2):
         wanted = "[x, y, z] in a model" if solid else "[x, y] in a drawing"
         raise InputError(f"part {part.name!r}: pivot must be {wanted}, it is {_numbers(part.pivot)}")

@@ -20,6 +20,7 @@ from capture.motion import affine
 from capture.motion.keys import KeySet, fold
 from mocap import skeleton
 from retarget.characters import lift
+from retarget.characters.bones import read_bones
 from retarget.characters.lift import Depth
 from retarget.characters.mesh import DrawnMesh, Mesh, mesh, removed_maps
 from retarget.characters.meshfiles import read_model
@@ -106,12 +107,18 @@ def read_puppet(
     plane: str | Sequence[float] = "xy",
     depth: Depth = lift.kept,
 ) -> Puppet:
-    """A character from a *.glb or *.gltf file with a skin, and a pose of it for every key."""
+    """A character from a *.glb or *.gltf file with a skin, or a *.bvh, and a pose of it for every key."""
     path = Path(file)
-    skin = read_skin(path) if path.suffix.lower() in (".glb", ".gltf") else None
-    if skin is None:
-        raise InputError(f"part {part!r}: a figure that is posed must be a GLB or glTF with a skin, {path} has none")
-    model = read_model(path)
+    kind = path.suffix.lower()
+    if kind == ".bvh":
+        model, skin = read_bones(path)
+    else:
+        skin = read_skin(path) if kind in (".glb", ".gltf") else None
+        if skin is None:
+            raise InputError(
+                f"part {part!r}: a figure that is posed must be a GLB or glTF with a skin, or a BVH, {path} is none"
+            )
+        model = read_model(path)
     found = [_pose(skin, pose, part) for pose in poses]
     turns = np.stack([_turns(skin, poses[0], pose, found[0], there) for pose, there in zip(poses, found)])
     shapes = np.concatenate([skinned(skin, model.points, there) for there in found])

@@ -112,5 +112,5 @@ def test_poses_that_are_not_there_are_refused(arm, worm):
     ):
         with pytest.raises(InputError, match=said):
             read_puppet("egg", ("a",), arm.file, [pose])
-    with pytest.raises(InputError, match="must be a GLB or glTF with a skin"):
+    with pytest.raises(InputError, match="must be a GLB or glTF with a skin, or a BVH"):
         read_puppet("egg", ("a",), worm[0], [KeyPose()])
