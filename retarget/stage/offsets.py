@@ -6,7 +6,8 @@ Over drawings t that are shown for c_t seconds, an offset o minimises
 
 so that o is what is demanded at some drawings, anything else at the others.  What is demanded is met exactly, for those
 drawings are no unknowns; away from them the offset goes over smoothly, adds no more acceleration than it must, and is
-forgotten: half of it after `half_life` seconds.
+forgotten: half of it after `half_life` seconds.  For a foot that is set down while another stands c_t hardly counts:
+longer legs walk farther, and to be pulled back at every step would be a lurch.
 """
 
 from collections.abc import Sequence
@@ -16,6 +17,9 @@ from numpy.typing import NDArray
 
 HALF_WIDTH = 1.4332787816903483
 """Where exp(-x / sqrt 2) (cos + sin)(x / sqrt 2), the answer to a demand at 0 for tau = 1, has fallen to a half."""
+
+STANDING = 1e-4
+"""What a second of a foot that came down while another stood counts, against one in the air."""
 
 Path = tuple[NDArray, NDArray]
 """Numbers of drawings (n,), and a curve (n,) that the offset follows there, but for a constant of its own."""
@@ -34,7 +38,11 @@ def calmest(
         return _few(fixed, most)
     known = np.isfinite(fixed)
     spread, given = _unknowns(known, np.where(known, fixed, 0.0), paths)
-    metric = _metric(times, half_life / HALF_WIDTH)
+    alone, counts = _alone(known, paths), np.ones(count)
+    for on, _ in paths:
+        if on[0] > 0 and not alone[on[0] - 1]:
+            counts[on] = STANDING
+    metric = _metric(times, half_life / HALF_WIDTH, counts)
     rate = (spread.T @ metric @ spread).tocsc()
     pull = spread.T @ (metric @ given)
     if not spread.shape[1]:
@@ -46,8 +54,7 @@ def calmest(
         return offset
     free = np.flatnonzero(~known & np.isfinite(most))
     offset = spread @ _held_below(rate, pull, spread[free], (most - given)[free]) + given
-    alone = _alone(known, paths)  # the solver's last digits: no drawing goes deeper than it may
-    offset[alone] = np.minimum(offset, most)[alone]
+    offset[alone] = np.minimum(offset, most)[alone]  # the solver's last digits: no drawing goes deeper than it may
     return offset
 
 
@@ -78,12 +85,12 @@ def _alone(known: NDArray, paths: Sequence[Path]) -> NDArray:
     return alone
 
 
-def _metric(times: NDArray, tau: float) -> object:
+def _metric(times: NDArray, tau: float, counts: NDArray) -> object:
     """C + tau^4 D2' D2 (D, D), sparse, with second differences for drawings of any spacing."""
     from scipy import sparse
 
     step = np.diff(times)
-    shown = np.append(step, np.median(step))
+    shown = counts * np.append(step, np.median(step))
     before, after, root = 1 / step[:-1], 1 / step[1:], np.sqrt((step[1:] + step[:-1]) / 2)
     bands = [before / root, -(before + after) / root, after / root]
     second = sparse.diags(bands, [0, 1, 2], shape=(len(times) - 2, len(times)))

@@ -143,6 +143,19 @@ def test_a_long_leg_neither_sinks_nor_slides(by_hand):
     assert max(staging.slide(stood, motion, contact) for contact in found) < 1e-9
 
 
+def test_longer_legs_walk_farther_and_no_foot_slides():
+    """The feet of a walker stand still, so legs 1.3 times as long carry the body 1.3 times as fast."""
+    toon = walker.walker()
+    motion = truth_of(toon)
+    longer = [replace(itself(motion, p.name), height=1.3 if "leg" in p.name else 1.0) for p in toon.parts]
+    sunk = perform(motion, longer)
+    stood = staging.stand(sunk, motion)
+    gained = (stood.roles[0].points - sunk.roles[0].points)[:, 0, 0]
+    np.testing.assert_allclose(gained, 0.3 * walker.SPEED * 2 * (np.arange(walker.FRAMES) // 2), atol=0.5)
+    slides = [[staging.slide(p, motion, contact) for contact in staging.contacts(motion)] for p in (sunk, stood)]
+    assert min(slides[0]) > 10 and max(slides[1]) < 0.5
+
+
 def test_held_drawings_stay_held_and_the_air_stays_calm(by_hand):
     motion = hopping(by_hand)
     sunk = perform(motion, [long_legged(by_hand, motion)])
