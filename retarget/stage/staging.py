@@ -44,6 +44,7 @@ class Contact:
     start: int
     stop: int
     foot: NDArray  # (N,) shares of the points of the source's mesh, sum 1
+    way: NDArray  # (n,) where that foot is along the ground, x in pixels
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +74,7 @@ def stand(performance: Performance, motion: CartoonMotion) -> Performance:
     under = _deepest(performance)[first]
     wanted = np.where(touched, low - under, np.nan)
     up = offsets.calmest(times, RISES, wanted, most=level - under) if np.isfinite(under).all() else 0 * times
-    feet = _one_at_a_time([_followed(performance, motion, contact, drawing) for contact in contacts(motion, level)])
+    feet = _one_at_a_time([_followed(performance, contact, drawing) for contact in contacts(motion, level)])
     begun = np.full(len(times), np.nan)
     if feet and feet[0][0][0] == 0:  # whoever begins on the ground begins where the cast has put it
         on, path = feet.pop(0)
@@ -169,24 +170,24 @@ def contacts(motion: CartoonMotion, level: float | None = None) -> tuple[Contact
         near = (np.abs(points[..., 1] - level) <= TOUCHING * height) & track.visible[first[:-1], None]
         for start, stop in _runs(near, slow):
             begin, end = int(first[start]), int(first[stop])
-            found.append(Contact(track.part, begin, end, _foot(everywhere[begin:end])))
+            foot = _foot(everywhere[begin:end])
+            found.append(Contact(track.part, begin, end, foot, everywhere[begin:end, :, 0] @ foot))
     return tuple(sorted(found, key=lambda contact: contact.start))
 
 
-def slide(performance: Performance, motion: CartoonMotion, contact: Contact) -> float:
+def slide(performance: Performance, contact: Contact) -> float:
     """How far, in pixels, the new character's foot goes astray of the source's during a contact."""
     part = [role for role in performance.roles if role.target.part == contact.part]
     if not part:
         return 0.0
-    return float(np.ptp(_path(part[0], motion, contact)))
+    return float(np.ptp(_path(part[0], contact)))
 
 
-def _path(role: Role, motion: CartoonMotion, contact: Contact) -> NDArray:
+def _path(role: Role, contact: Contact) -> NDArray:
     """The way (n,) that the role's foot must be moved along the ground to go with the source's."""
-    frames = slice(contact.start, contact.stop)
-    mesh = role.mesh()[frames]
-    source, own = motion.points(contact.part)[frames, :, 0] @ contact.foot, mesh[..., 0] @ _foot(mesh)
-    return role.target.height * (source - source[0]) - (own - own[0])
+    mesh = role.mesh()[contact.start : contact.stop]
+    own = mesh[..., 0] @ _foot(mesh)
+    return role.target.height * (contact.way - contact.way[0]) - (own - own[0])
 
 
 def _foot(points: NDArray) -> NDArray:
@@ -199,11 +200,11 @@ def _foot(points: NDArray) -> NDArray:
     return shares / shares.sum()
 
 
-def _followed(performance: Performance, motion: CartoonMotion, contact: Contact, drawing: NDArray) -> offsets.Path:
+def _followed(performance: Performance, contact: Contact, drawing: NDArray) -> offsets.Path:
     roles = [role for role in performance.roles if role.target.part == contact.part]
     if not roles:
         return np.zeros(0, int), np.zeros(0)
-    path = _path(roles[0], motion, contact)
+    path = _path(roles[0], contact)
     of_contact = drawing[contact.start : contact.stop]
     on, at = np.unique(of_contact, return_index=True)
     return on, path[at]

@@ -106,7 +106,7 @@ def test_the_rabbit_hops_as_a_fox_that_stands_on_the_rabbits_ground(
     sunk = perform(motion, [fox])
     stood = staging.stand(sunk, motion)
     contacts = staging.contacts(motion)
-    before, after = (max((staging.slide(p, motion, c) for c in contacts), default=0.0) for p in (sunk, stood))
+    before, after = (max((staging.slide(p, c) for c in contacts), default=0.0) for p in (sunk, stood))
     print(
         f"\nfox: ground {staging.ground(motion)}, {len(contacts)} contacts, its foot slid {before:.1f} px, {after:.2g} now"
     )
