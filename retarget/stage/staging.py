@@ -84,7 +84,7 @@ def stand(performance: Performance, motion: CartoonMotion) -> Performance:
 
 
 def keep(performance: Performance, stays: Sequence[Stay], half_life: float = STRAYS) -> Performance:
-    """The performance moved so that feet stay where they are told to; of two at once the first is obeyed."""
+    """The performance moved so that feet stay where they are told to; of two places at once the first is obeyed."""
     drawing = np.arange(len(performance.times))
     free = np.full(len(drawing), np.nan)
     moved = []
