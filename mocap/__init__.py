@@ -1,1 +1,1 @@
-"""Motion capture made cartoon-like.  Nothing is here yet: rubber, analogies and posing follow."""
+"""Motion capture made cartoon-like: so far `skeleton`, joints and how their turns are mixed; the rest follows."""

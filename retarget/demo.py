@@ -15,7 +15,7 @@ from fixtures import frog, write
 from fixtures.toon import Toon
 from retarget.characters import cast as casting
 from retarget.export.tables import write_csv
-from retarget.stage import draw2d
+from retarget.stage import draw2d, staging
 from retarget.stage.perform import perform
 
 PAPER = (236, 240, 232)  # behind the bunny where there is no alpha
@@ -39,7 +39,7 @@ def demo(folder: Path) -> str:
     cast = casting.cast_of(drawings, motion)
     casting.write_cast(cast, folder / "bunny.cast.toml")
     with working("learning the bunny"):
-        performance = perform(motion, casting.targets(cast, motion))
+        performance = staging.stand(perform(motion, casting.targets(cast, motion)), motion)
     bunny = list(progress(draw2d.draw_frames(performance), "drawing the bunny", len(clip)))
     write_clip(folder / "bunny.webm", progress(bunny, "writing bunny.webm", len(clip)), motion.fps)
 

@@ -1,6 +1,7 @@
 """`*.cast.toml`: which character plays which part.
 
     background = "white"                 # a colour, a picture or a clip; optional
+    ground = true                        # feet stand where the source's feet stand; false leaves them as they come
 
     [[parts]]
     name = "frog"
@@ -13,6 +14,18 @@
     [[parts.keys]]
     name = "sit"
     drawing = "bunny_sit.svg"            # relative to this file; a PNG or JPG may add outline = [[x, y], ...]
+
+A drawing may be a 3-D model: a GLB, glTF, OBJ or PLY.  Its in-betweens go straight, its pivot is a point [x, y, z] of
+it, and it has these fields more:
+
+    plane = "zy"                         # seen from its side; "xy" its front, "-zy", "-xy", or [x, y, z] to the viewer
+    depth = "volume"                     # what squash does to depth: "kept", "even", or keeping the "volume"
+    distance = 4.0                       # of the viewer, times the model's size; no perspective without it
+    carried = true                       # with no keys: they are made of the model's one shape, after the source's
+    morphs = { Smile = 1.0 }             # of a key: its morph targets, where none has the key's own name
+    animation = "Run"                    # of a key: a moment of one of the model's animations ("motion" in a BVH);
+    time = 0.4                           # in seconds; joints then mix by angles
+    joints = { elbow = [0, 0, 90] }      # of a key: joints turned from there, degrees about their own axes
 
 A part with a `drawing` of its own and no keys keeps its shape: only the captured affine map is lent to it.
 With keys, the part's `drawing` serves every key that names none; a picture that serves all of them and has no outlines
@@ -35,25 +48,35 @@ from capture.motion import keys
 from capture.motion.keys import KeySet
 from capture.motion.tracks import CartoonMotion, Track
 from capture.pictures.clip import Clip
+from retarget.characters import lift
 from retarget.characters.backdrop import is_color, read_background
 from retarget.characters.bend import read_bent
+from retarget.characters.carried import carried_shapes
 from retarget.characters.drawing import read_drawing
+from retarget.characters.mesh import mesh, read_mesh
+from retarget.characters.meshfiles import MODELS, read_model
 from retarget.characters.picture import read_picture
+from retarget.characters.puppet import KeyPose, read_puppet
 from retarget.characters.target import REST, Target
 
 BEND = "bend"
 BETWEEN = {"rigid": keys.rigid, "straight": keys.straight}
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")
-DRAWINGS = (".svg", *PICTURES)
+DRAWINGS = (".svg", *PICTURES, *MODELS)
+DEPTHS = {"kept": lift.kept, "even": lift.even, "volume": lift.keeping_volume}
 
 
 @dataclass(frozen=True)
 class CastKey:
-    """The drawing of one key; an outline, in its pixels, is for pictures."""
+    """The drawing of one key; an outline, in its pixels, is for pictures, morph targets and poses are for models."""
 
     name: str
     drawing: str = ""
     outline: tuple[tuple[float, float], ...] = ()
+    morphs: dict[str, float] = field(default_factory=dict)
+    animation: str = ""
+    time: float = 0.0
+    joints: dict[str, tuple[float, float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -65,8 +88,12 @@ class CastPart:
     drawing: str = ""
     between: str = "rigid"
     height: float = 1.0
-    pivot: tuple[float, float] | None = None
+    pivot: tuple[float, ...] | None = None
     box: tuple[float, float, float, float] | None = None
+    plane: str | tuple[float, float, float] = "xy"
+    depth: str = "kept"
+    distance: float | None = None
+    carried: bool = False
 
 
 @dataclass(frozen=True)
@@ -76,6 +103,7 @@ class Cast:
     parts: tuple[CastPart, ...] = ()
     background: str = ""
     folder: Path = field(default=Path(), compare=False)
+    ground: bool = True
 
 
 def read_cast(path: str | Path) -> Cast:
@@ -103,6 +131,8 @@ def write_cast(cast: Cast, path: str | Path) -> None:
     if cast.background:
         named = cast.background if is_color(cast.background) else _from(path, cast, cast.background)
         lines += [f"background = {_text(named)}", ""]
+    if not cast.ground:
+        lines += ["ground = false", ""]
     for part in cast.parts:
         lines += ["[[parts]]", f"name = {_text(part.name)}"]
         if part.drawing:
@@ -112,12 +142,28 @@ def write_cast(cast: Cast, path: str | Path) -> None:
             lines.append(f"pivot = {_numbers(part.pivot)}")
         if part.box is not None:
             lines.append(f"box = {_numbers(part.box)}")
+        if part.plane != "xy":
+            lines.append(f"plane = {_text(part.plane) if isinstance(part.plane, str) else _numbers(part.plane)}")
+        if part.depth != "kept":
+            lines.append(f"depth = {_text(part.depth)}")
+        if part.distance is not None:
+            lines.append(f"distance = {float(part.distance)!r}")
+        if part.carried:
+            lines.append("carried = true")
         for key in part.keys:
             lines += ["", "[[parts.keys]]", f"name = {_text(key.name)}"]
             if key.drawing:
                 lines.append(f"drawing = {_text(_from(path, cast, key.drawing))}")
             if key.outline:
                 lines.append(f"outline = [{', '.join(map(_numbers, key.outline))}]")
+            if key.morphs:
+                shares = (f"{_text(name)} = {float(share)!r}" for name, share in key.morphs.items())
+                lines.append(f"morphs = {{ {', '.join(shares)} }}")
+            if key.animation:
+                lines += [f"animation = {_text(key.animation)}", f"time = {float(key.time)!r}"]
+            if key.joints:
+                turns = (f"{_text(name)} = {_numbers(turn)}" for name, turn in key.joints.items())
+                lines.append(f"joints = {{ {', '.join(turns)} }}")
         lines.append("")
     with written_beside(path) as temporary:
         Path(temporary).write_text("\n".join(lines), encoding="utf-8")
@@ -126,8 +172,8 @@ def write_cast(cast: Cast, path: str | Path) -> None:
 def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) -> Cast:
     """A cast straight from drawings: one file for a part with one key, or a folder or list of files by name.
 
-    One picture can serve all keys of the only part.  Else a file plays the key its stem ends in (bunny_sit.svg plays
-    sit); with several parts the stem ends in part_key, or in the part alone where that has one key.
+    One picture, or one 3-D model, can serve all keys of the only part.  Else a file plays the key its stem ends in
+    (bunny_sit.svg plays sit); with several parts the stem ends in part_key, or in the part alone for one key.
     """
     named = [drawings] if isinstance(drawings, (str, Path)) else list(drawings)
     files = [file for name in named for file in _drawings_at(Path(name))]
@@ -137,6 +183,8 @@ def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) 
     if len(motion.tracks) == len(files) == 1 and files[0].suffix.lower() in PICTURES:
         track = motion.tracks[0]
         return Cast((CastPart(track.part, tuple(CastKey(key) for key in track.keys), str(files[0])),))
+    if len(motion.tracks) == 1 and len(files) == 1 and files[0].suffix.lower() in MODELS:
+        return Cast((_alone(motion.tracks[0], files[0]),))
     found: dict[tuple[str, str], Path] = {}
     for file in files:
         role = _role_of(file, motion)
@@ -156,6 +204,13 @@ def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) 
     return Cast(tuple(parts))
 
 
+def _alone(track: Track, file: Path) -> CastPart:
+    """One model for all keys: by its morph targets of their names, or bent after the source."""
+    named = {name.lower() for name in read_model(file).morphs} & {name.lower() for name in track.keys}
+    keys = tuple(CastKey(name) for name in track.keys) if named else ()
+    return CastPart(track.part, keys, str(file), carried=not named)
+
+
 def targets(cast: Cast, motion: CartoonMotion) -> list[Target]:
     """The characters of a cast, drawings read, keys in the motion's order."""
     return [_target(part, cast, motion) for part in cast.parts]
@@ -169,11 +224,12 @@ def backdrop(cast: Cast) -> str | NDArray | Clip | None:
 
 
 def _target(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
-    target = (
-        _bent(part, cast, motion)
-        if part.between == BEND
-        else _keyed(part, cast, motion.track(part.name), motion.keyset(part.name))
-    )
+    if part.between == BEND:
+        target = _bent(part, cast, motion)
+    elif part.carried:
+        target = _carried(part, cast, motion)
+    else:
+        target = _keyed(part, cast, motion.track(part.name), motion.keyset(part.name))
     pivot = None if part.pivot is None else np.array(part.pivot, float)
     return replace(target, height=part.height, pivot=pivot)
 
@@ -186,6 +242,14 @@ def _bent(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
             f"{len(part.keys)} keys and drawing {part.drawing!r}: give the part drawing = an SVG file alone"
         )
     return read_bent(part.name, motion.keyset(part.name), cast.folder / part.drawing)
+
+
+def _carried(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
+    """The part's one model, with keys carried over from the source's."""
+    model, source = read_model(cast.folder / part.drawing), motion.keyset(part.name)
+    shapes = carried_shapes(model, source, part.plane)
+    target = mesh(part.name, source.names, model, shapes, part.plane, DEPTHS[part.depth])
+    return replace(target, distance=part.distance)
 
 
 def _keyed(part: CastPart, cast: Cast, track: Track, source: KeySet) -> Target:
@@ -207,8 +271,20 @@ def _keyed(part: CastPart, cast: Cast, track: Track, source: KeySet) -> Target:
     if kinds <= set(PICTURES):
         outlines = [np.array(key.outline, float) if key.outline else None for key in keys]
         return read_picture(part.name, names, files, outlines, between, part.box, source)
+    if any(key.animation or key.joints for key in keys):
+        if len(set(files)) > 1 or any(key.morphs for key in keys):
+            raise InputError(
+                f"part {part.name!r}: a figure's poses must be of one file and without morphs: give it one"
+            )
+        poses = [KeyPose(key.animation, key.time, key.joints) for key in keys]
+        puppet = read_puppet(part.name, names, files[0], poses, part.plane, DEPTHS[part.depth])
+        return replace(puppet, body=replace(puppet.body, distance=part.distance))
+    if kinds <= set(MODELS):
+        morphs = [key.morphs for key in keys]
+        model = read_mesh(part.name, names, files, morphs, part.plane, DEPTHS[part.depth])
+        return replace(model, distance=part.distance)
     raise InputError(
-        f"part {part.name!r}: its drawings must all be SVG, or all be pictures ({', '.join(PICTURES)}), "
+        f"part {part.name!r}: its drawings must all be SVG, all pictures ({', '.join(PICTURES)}), or all models, "
         f"these are {', '.join(sorted(kinds))}: convert the others"
     )
 
@@ -218,6 +294,9 @@ def _checked(cast: Cast) -> Cast:
         if part.between not in (*BETWEEN, BEND):
             known = ", ".join((*BETWEEN, BEND))
             raise InputError(f"part {part.name!r}: between must be one of {known}, it is {part.between!r}")
+        if part.depth not in DEPTHS:
+            raise InputError(f"part {part.name!r}: depth must be one of {', '.join(DEPTHS)}, it is {part.depth!r}")
+        _check_space(part)
         if not 0 < part.height < np.inf:
             raise InputError(f"part {part.name!r}: height must be above 0, times the source's, it is {part.height}")
         for key in part.keys or (CastKey(REST),):
@@ -225,6 +304,26 @@ def _checked(cast: Cast) -> Cast:
                 whose = f"key {key.name!r} of part {part.name!r}" if part.keys else f"part {part.name!r}"
                 raise InputError(f'{whose} must have a drawing, it has none: add drawing = "file.svg"')
     return cast
+
+
+def _check_space(part: CastPart) -> None:
+    """Fields that only a model has, and a pivot of as many numbers as the drawing has directions."""
+    files = [key.drawing or part.drawing for key in part.keys] or [part.drawing]
+    solid = any(Path(file).suffix.lower() in (*MODELS, ".bvh") for file in files)
+    if part.pivot is not None and len(part.pivot) != (3 if solid else 2):
+        wanted = "[x, y, z] in a model" if solid else "[x, y] in a drawing"
+        raise InputError(f"part {part.name!r}: pivot must be {wanted}, it is {_numbers(part.pivot)}")
+    if part.carried and (not solid or part.keys):
+        raise InputError(
+            f"part {part.name!r}: carried is for a model without keys: give the part one model as its drawing"
+        )
+    if not solid and (part.plane != "xy" or part.depth != "kept" or part.distance is not None):
+        raise InputError(
+            f"part {part.name!r}: plane, depth and distance are for models, its drawing is none: leave them"
+        )
+    if part.distance is not None and not 1 < part.distance < np.inf:
+        raise InputError(f"part {part.name!r}: distance must be above 1, times the model's size, it is {part.distance}")
+    lift.view(part.plane)  # refuses a plane that is none
 
 
 def _refuse_unknown(stored: dict[str, Any]) -> None:

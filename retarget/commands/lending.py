@@ -63,7 +63,7 @@ def retarget(
     from retarget.characters.backdrop import read_background
     from retarget.export.gltf import write_glb
     from retarget.export.tables import write_csv
-    from retarget.stage import composite, draw2d, plate
+    from retarget.stage import composite, draw2d, plate, staging
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
@@ -87,6 +87,7 @@ def retarget(
     with working("learning the drawings"):
         actors = casting.targets(chosen, captured)
         performance = perform(captured, actors)
+        performance = staging.stand(performance, captured) if chosen.ground else performance
     tell(note for actor in actors for note in getattr(actor, "notes", ()))
     parts = ", ".join(part.name for part in chosen.parts)
     if out.suffix in (".glb", ".gltf"):

@@ -10,7 +10,7 @@ corners that as-rigid-as-possible in-betweens go round.  Rows that are never use
 them.  The weights folded onto keys are handed on beside them for whoever wants to edit the motion.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -19,10 +19,15 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.fit.action import centre_lines
 from capture.motion import affine
+from retarget.characters import lift
 from retarget.characters.bend import Bent
 from retarget.characters.drawing import Drawing
+from retarget.characters.mesh import Mesh
 from retarget.characters.picture import Picture
-from retarget.export import sheets
+from retarget.characters.puppet import Puppet
+from retarget.characters.skin import skinned
+from retarget.export import jointed, sheets, solids
+from retarget.export.jointed import Skin
 from retarget.export.nodes import lifted
 from retarget.export.sheets import Look, Sheets
 from retarget.stage.perform import Performance, Role
@@ -35,22 +40,6 @@ Programs that trace rays do not know a drawn order, they only know depth.
 
 EXACT = 1e-5
 """Points of a body are within this share of its size of the role's."""
-
-
-@dataclass(frozen=True, eq=False)
-class Skin:
-    """Joints inside a body: its place moves their roots, and each vertex follows the joints it is bound to.
-
-    A vertex goes to sum_j share_j . world_j . inverse_bind_j . v, world_j made of the turns of j and all above it.
-    """
-
-    names: tuple[str, ...]  # J
-    parents: tuple[int, ...]  # J, -1 for a root; parents come first
-    translation: NDArray  # (T, J, 3) from the parent joint
-    rotation: NDArray  # (T, J, 4) quaternions (x, y, z, w), against the parent joint
-    inverse_bind: NDArray  # (J, 3, 4) from the body's own space to the joint's
-    joints: NDArray  # (V, 4) int, the joints a vertex follows
-    shares: NDArray  # (V, 4), rows sum to 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,24 +58,43 @@ class Body:
     depth: NDArray | None = None  # (T,) how much nearer to the viewer it is drawn; None is 0
     color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)  # times the look, where there is one; sRGB
     normals: NDArray | None = None  # (D, V, 3) of a lit body; None is a drawing, shown in its own colours
+    colors: NDArray | None = None  # (V, 4) at the vertices, times the colour; sRGB
     skin: Skin | None = None  # with one look at most
     notes: dict[str, Any] = field(default_factory=dict)  # plain data for the file's extras
 
 
 def bodies(performance: Performance) -> tuple[Body, ...]:
-    """Every role of a performance as a body, in the order of the roles.
+    """Every role of a performance as a body, in the order of the roles; a model has one for each of its materials.
 
     A role whose pictures melt into each other wears the one of the greatest share: what all 3-D programs can
     show is a drawing changed for another, as in cut-out animation.
     """
     if not performance.roles:
         raise InputError("a 3-D file needs somebody who plays, this performance has no roles: name a part in the cast")
+    depths = _depths(performance)
+    found: list[Body] = []
+    for role, depth in zip(performance.roles, depths, strict=True):
+        if isinstance(role.target, Puppet):
+            found += _jointed(role, performance.size, depth)
+        elif isinstance(role.target, Mesh):
+            found += _solid(role, performance.size, depth)
+        else:
+            found.append(_body(role, performance.size, depth))
+    return tuple(found)
+
+
+def _depths(performance: Performance) -> NDArray:
+    """How much nearer each role is drawn (R, T): what is drawn later lies before all of what is drawn earlier."""
     order = np.stack([role.order for role in performance.roles])  # (R, T)
-    ranks = order.argsort(axis=0, kind="stable").argsort(axis=0, kind="stable")
-    return tuple(
-        _body(role, performance.size, BETWEEN_LAYERS * rank)
-        for role, rank in zip(performance.roles, ranks, strict=True)
-    )
+    pile = order.argsort(axis=0, kind="stable")
+    solid = [isinstance(role.target, (Mesh, Puppet)) for role in performance.roles]
+    reach = [
+        np.abs(role.points[..., 2]).max() / performance.size[1] if s else 0.0
+        for role, s in zip(performance.roles, solid)
+    ]
+    room = BETWEEN_LAYERS + 2 * np.array(reach)
+    before = np.cumsum(room[pile], axis=0) - room[pile]
+    return np.take_along_axis(before, pile.argsort(axis=0), axis=0) + np.array(reach)[:, None]
 
 
 def stage_to_space(size: tuple[int, int]) -> NDArray:
@@ -117,6 +125,73 @@ def _body(role: Role, size: tuple[int, int], depth: NDArray) -> Body:
     names = tuple(_row_name(row, role.target.keys.names) for row in role.rows)
     shapes = _layered(affine.apply(own, dress.shapes), dress)
     return Body(role.target.part, names, shapes, role.mixed, lifted(place), dress.faces, looks=dress.looks, **shown)
+
+
+def _solid(role: Role, size: tuple[int, int], depth: NDArray) -> list[Body]:
+    """A model's bodies: its keys are the shapes, and what is left of its way is the place."""
+    target = role.target
+    (low, high), unit = target.box, role.scale / size[1]
+    flat = np.array([[unit, 0, -unit * 0.5 * (low[0] + high[0])], [0, -unit, unit * high[1]]])
+    own = affine.compose(lift.lifted(flat, unit), target.view)
+    mixed = np.tensordot(role.weights, target.keys.points, axes=1)
+    placed = affine.fit(mixed, role.points)
+    if np.abs(role.points - affine.apply(placed, mixed)).max() > EXACT * np.ptp(role.points, axis=1).max():
+        raise InputError(
+            f"part {target.part!r}: a model in a 3-D file moves as a whole between its keys, this one is staged point "
+            "by point: make a video of it instead"
+        )
+    stage = lift.lifted(stage_to_space(size), 1 / size[1])
+    place = affine.compose(stage, affine.compose(placed, affine.invert(own)))
+    shapes = affine.apply(own, target.keys.points)
+    parts = solids.pieces(target, own)
+    return [
+        Body(
+            target.part if len(parts) == 1 else f"{target.part} {number}",
+            target.keys.names,
+            shapes[:, part.points],
+            role.weights,
+            place,
+            part.faces,
+            looks=() if part.look is None else (part.look,),
+            visible=role.visible,
+            depth=depth,
+            color=part.color,
+            normals=part.normals,
+            colors=part.colors,
+            notes=_notes(role),
+        )
+        for number, part in enumerate(parts)
+    ]
+
+
+def _jointed(role: Role, size: tuple[int, int], depth: NDArray) -> list[Body]:
+    """A figure's bodies: its joints turn in the units of its file, and its place does all the rest."""
+    target = role.target
+    unplaced = skinned(target.skin, target.rest, target.posture(role.weights))
+    stage = lift.lifted(stage_to_space(size), 1 / size[1])
+    place = affine.compose(stage, affine.fit(unplaced, role.points))
+    skin = jointed.skin_of(target, role.weights)
+    bound = replace(target.body, keys=replace(target.keys, points=target.rest[None]))
+    parts = solids.pieces(bound, affine.identity(3))
+    return [
+        Body(
+            target.part if len(parts) == 1 else f"{target.part} {number}",
+            ("bound",),
+            target.rest[None, part.points],
+            np.ones((len(role.points), 1)),
+            place,
+            part.faces,
+            looks=() if part.look is None else (part.look,),
+            visible=role.visible,
+            depth=depth,
+            color=part.color,
+            normals=part.normals,
+            colors=part.colors,
+            skin=replace(skin, joints=skin.joints[part.points], shares=skin.shares[part.points]),
+            notes=_notes(role),
+        )
+        for number, part in enumerate(parts)
+    ]
 
 
 def _sheets(role: Role) -> Sheets:

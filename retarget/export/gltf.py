@@ -172,6 +172,9 @@ def _between_zero_and_one(body: Body) -> tuple[dict[str, Any], NDArray]:
         if values is not None:
             deltas = values - values[0]
             base = values[0] + np.tensordot(low, deltas, axes=1)
+            if which == "NORMAL":  # a file's normals have the length 1
+                length = np.linalg.norm(base, axis=-1, keepdims=True)
+                base = np.where(length > 1e-9, base / np.maximum(length, 1e-9), values[0])
             arrays[which] = [base, *((high - low)[used, None, None] * deltas[used])]
     return arrays, weights
 
@@ -185,6 +188,10 @@ def _add_meshes(file: File, body: Body, arrays: dict[str, Any], weights: NDArray
     if body.skin is not None:
         stored[0]["JOINTS_0"] = file.array(body.skin.joints.astype(np.uint16), VERTICES)
         stored[0]["WEIGHTS_0"] = file.array(body.skin.shares.astype(np.float32), VERTICES)
+    if body.colors is not None:
+        light = np.where(body.colors <= 0.04045, body.colors / 12.92, ((body.colors + 0.055) / 1.055) ** 2.4)
+        colors = np.column_stack([light[:, :3], body.colors[:, 3]])
+        stored[0]["COLOR_0"] = file.array(np.asarray(colors, np.float32), VERTICES)
     size = np.uint16 if body.shapes.shape[1] < 2**16 - 1 else np.uint32
     faces = file.array(body.faces.ravel().astype(size), FACES)
     extras = {"targetNames": arrays["names"], "targetRanges": arrays["ranges"], **body.notes}
@@ -233,9 +240,11 @@ def _add_material(file: File, body: Body, look: Look | None) -> int:
 def _add_texture(file: File, name: str, look: Look) -> int:
     kind, content = _encoded(look.texture)
     image = file.add("images", name=name, mimeType=kind, bufferView=file.piece(content))
-    if "samplers" not in file.lists:
-        file.add("samplers", magFilter=9729, minFilter=9987, wrapS=33071, wrapT=33071)  # smooth, and no repeats
-    return file.add("textures", sampler=0, source=image)
+    wrap = 10497 if look.repeats else 33071
+    smooth = {"magFilter": 9729, "minFilter": 9987, "wrapS": wrap, "wrapT": wrap}
+    known = file.lists.setdefault("samplers", [])
+    sampler = known.index(smooth) if smooth in known else file.add("samplers", **smooth)
+    return file.add("textures", sampler=sampler, source=image)
 
 
 def _encoded(texture: NDArray) -> tuple[str, bytes]:

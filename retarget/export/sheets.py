@@ -38,6 +38,7 @@ class Look:
 
     texture: NDArray  # (h, w, 4) uint8, straight alpha
     uv: NDArray  # (V, 2), 0-1 from the top-left corner
+    repeats: bool = False  # beyond 0-1 the picture goes on again, as on models, and not its border
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine
 from retarget.characters import backdrop
+from retarget.characters.mesh import DrawnMesh
 from retarget.characters.paths import DrawnPath, Gradient, Paint, windings, wound
 from retarget.characters.picture import DrawnPicture
+from retarget.stage import zbuffer
 from retarget.stage.lay import lay
 from retarget.stage.perform import Performance
 from retarget.stage.warp import warp
@@ -48,8 +50,10 @@ def page_size(performance: Performance, width: int | None) -> tuple[int, int]:
     return width, max(1, round(performance.size[1] * width / performance.size[0]))
 
 
-def draw_things(things: Sequence[DrawnPath | DrawnPicture], size: tuple[int, int], background: Any = None) -> NDArray:
-    """Drawn paths and pictures, back to front, on a page of `size` (width, height)."""
+def draw_things(
+    things: Sequence[DrawnPath | DrawnPicture | DrawnMesh], size: tuple[int, int], background: Any = None
+) -> NDArray:
+    """Drawn paths, pictures and models, back to front, on a page of `size` (width, height)."""
     page = _Page(*size)
     if background is not None:
         page.pixels[..., :3] = backdrop.behind(background, 0, 0.0, size)
@@ -57,6 +61,8 @@ def draw_things(things: Sequence[DrawnPath | DrawnPicture], size: tuple[int, int
     for thing in things:
         if isinstance(thing, DrawnPicture):
             _draw_picture(page, thing)
+        elif isinstance(thing, DrawnMesh):
+            _draw_mesh(page, thing)
         else:
             _draw_path(page, thing)
     return page.pixels.copy() if background is None else page.pixels[..., :3].copy()
@@ -121,6 +127,14 @@ def _draw_picture(page: _Page, picture: DrawnPicture) -> None:
     color = warp(picture, window)  # premultiplied
     alpha = color[..., 3] * _coverage(page.spare(), picture, _agg_rings(picture), False, window)
     lay(page.pixels[window], color[..., :3] / np.maximum(color[..., 3:], 1e-6), alpha)
+
+
+def _draw_mesh(page: _Page, mesh: DrawnMesh) -> None:
+    window = page.window(zbuffer.projected(mesh)[:, :2], 1)
+    if window[0].stop <= window[0].start or window[1].stop <= window[1].start:
+        return
+    color = zbuffer.render(mesh, window)  # premultiplied
+    lay(page.pixels[window], color[..., :3] / np.maximum(color[..., 3:], 1e-6), color[..., 3])
 
 
 def _faded(paint: Paint, opacity: float) -> tuple[float, ...] | None:

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, Track, total_affine
+from retarget.characters import lift
+from retarget.characters.puppet import Puppet
 from retarget.characters.target import REST, Target
 
 
@@ -22,7 +24,7 @@ class Role:
     """One target playing its part through T frames."""
 
     target: Target
-    points: NDArray  # (T, M, 2) on the stage, the mesh's points first
+    points: NDArray  # (T, M, 2 or 3) on the stage, the mesh's points first; a third column goes to the viewer
     weights: NDArray  # (T, K) folded onto keys
     scale: float  # stage pixels for one of the target's units
     visible: NDArray  # (T,) bool
@@ -31,7 +33,7 @@ class Role:
     mixed: NDArray  # (T, D) ... and by which weights: exporters of shapes lend these on
 
     def mesh(self) -> NDArray:
-        """Where the target's mesh is in every frame (T, N, 2)."""
+        """Where the target's mesh is in every frame (T, N, 2 or 3)."""
         return self.points[:, : self.target.keys.points.shape[1]]
 
 
@@ -78,12 +80,24 @@ def _role(motion: CartoonMotion, target: Target, pivots: dict[str, NDArray], sta
     rest = target.keys.names == (REST,)
     rows = np.zeros((1, 3)) if rest else track.rows
     weights = np.ones((len(track), 1)) if rest else track.weights
-    shape = np.tensordot(weights, target.shapes(rows), axes=1)  # (T, M, 2)
-    place = affine.compose(stands[target.part], placement(motion, target))
-    points = affine.apply(affine.compose(total_affine(motion, target.part, pivots), place), shape)
     folded = weights if rest else track.key_weights()
+    if isinstance(target, Puppet):  # joints do not mix as points do
+        shape, rows, weights = target.acted(folded), _key_rows(len(target.keys.names)), folded
+    else:
+        shape = np.tensordot(weights, target.shapes(rows), axes=1)  # (T, M, 2)
+    place = affine.compose(stands[target.part], placement(motion, target))
+    moved = total_affine(motion, target.part, pivots)
     scale = float(np.hypot(*place[:, 0]))
+    if shape.shape[-1] == 3:  # what moves the drawing moves the model in the plane it is seen in
+        place = affine.compose(lift.lifted(place, scale), target.view)
+        moved = lift.lifted(moved, target.depth(moved))
+    points = affine.apply(affine.compose(moved, place), shape)
     return Role(target, points, folded, scale, track.visible, track.order, rows, weights)
+
+
+def _key_rows(count: int) -> NDArray:
+    """Rows (K, 3) of the keys themselves."""
+    return np.stack([np.arange(count), np.arange(count), np.zeros(count)], axis=-1)
 
 
 def placement(motion: CartoonMotion, target: Target) -> NDArray:
@@ -133,7 +147,9 @@ def _pivot(track: Track, target: Target | None, motion: CartoonMotion, stands: d
     """Where on the stage a part turns: the target's own pivot, or the source's carried along."""
     point = track.pivot
     if target is not None and target.pivot is not None:
-        point = affine.apply(placement(motion, target), np.asarray(target.pivot, float)[None])[0]
+        own = np.asarray(target.pivot, float)[None]
+        seen = own if own.shape[1] == 2 else affine.apply(target.view, own)[:, :2]
+        point = affine.apply(placement(motion, target), seen)[0]
     return affine.apply(stands[track.part], point[None])[0]
 
 

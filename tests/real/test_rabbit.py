@@ -21,8 +21,9 @@ from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_clip, write_picture
 from retarget.characters import drawing, embed
 from retarget.characters.drawing import Drawing
+from retarget.characters.puppet import KeyPose, read_puppet
 from retarget.characters.svg import read_svg
-from retarget.stage import draw2d
+from retarget.stage import draw2d, staging
 from retarget.stage.perform import perform
 
 RESIDUAL, KEYS = 2.0, 8  # 33 drawings of a whole hop, with legs that cross the body
@@ -92,6 +93,28 @@ def test_a_contact_sheet_of_the_hopping_frog_is_left_to_look_at(
     assert len(pairs) == len(clip)
     write_picture(sheets / "rabbit_frog.png", overlay.contact_sheet(pairs[::2], columns=4, width=480))
     write_clip(sheets / "rabbit_frog.mp4", pairs, motion.fps)
+
+
+def test_the_rabbit_hops_as_a_fox_that_stands_on_the_rabbits_ground(
+    data: Path, clip: Clip, motion: CartoonMotion, found: Suggestion, sheets: Path
+):
+    """Key poses are moments of the fox's gallop, by how far the hop is; all its joints mix by the captured weights."""
+    stride = 1.15  # seconds of its animation
+    poses = [KeyPose("Run", stride * frame / len(clip)) if frame else KeyPose("Survey") for frame in found.key_frames]
+    fox = read_puppet("body", motion.tracks[0].keys, data / "meshes" / "Fox.glb", poses, "-zy")
+    fox = replace(fox, height=0.7)
+    sunk = perform(motion, [fox])
+    stood = staging.stand(sunk, motion)
+    contacts = staging.contacts(motion)
+    before, after = (max((staging.slide(p, c) for c in contacts), default=0.0) for p in (sunk, stood))
+    print(
+        f"\nfox: ground {staging.ground(motion)}, {len(contacts)} contacts, its foot slid {before:.1f} px, {after:.2g} now"
+    )
+    assert after < 1e-9
+    frames = list(draw2d.draw_frames(stood, "#cfe2f3"))
+    pairs = list(overlay.side_by_side(zip(clip, frames)))
+    write_picture(sheets / "rabbit_fox.png", overlay.contact_sheet(pairs[::2], columns=4, width=480))
+    write_clip(sheets / "rabbit_fox.mp4", pairs, motion.fps)
 
 
 def frog_with_keys(file: Path, motion: CartoonMotion) -> Drawing:

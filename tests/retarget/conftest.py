@@ -1,5 +1,7 @@
 """A motion and a drawing made by hand; tests get these functions through the fixture `by_hand`."""
 
+import base64
+import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -102,3 +104,81 @@ def worm(tmp_path):
         file.write_text(worm_svg(by), encoding="utf-8")
         files.append(file)
     return files
+
+
+def arm_gltf(file, interpolation="LINEAR", joints=(2, 3)):
+    """A flat arm, bound to a shoulder and an elbow, with a hand hung on the elbow without a skin."""
+    base, elbow = np.array([5.0, 0, 0]), np.array([5.0, 2, 0])  # everything is twice as large under node 1
+    across, up = np.meshgrid([-0.4, 0.4], np.linspace(0, 4, 9))
+    strip = np.stack([5 + across.ravel(), up.ravel(), 0 * up.ravel()], axis=-1)
+    share = np.clip((strip[:, 1] - 1.5) / 1.0, 0, 1)
+    rows = np.arange(8)[:, None] * 2
+    faces = np.concatenate([rows + [0, 1, 3], rows + [0, 3, 2]])
+    hand = np.array([[-0.3, 0, 0], [0.3, 0, 0], [0, 0.5, 0.1]])  # under the elbow, one of its units above it
+    bind = np.tile(np.eye(4), (2, 1, 1))
+    for number, place in enumerate((base, elbow)):
+        bind[number, :3, :3], bind[number, :3, 3] = np.eye(3) / 2, -place / 2
+    angles = np.radians([0.0, 90, 180, 270])
+    turns = np.stack([0 * angles, 0 * angles, np.sin(angles / 2), np.cos(angles / 2)], axis=-1)
+    if interpolation == "CUBICSPLINE":
+        turns = np.stack([0 * turns, turns, 0 * turns], axis=1).reshape(-1, 4)
+    bound = np.tile([0, 1, 0, 0], (len(strip), 1))
+    shares = np.stack([1 - share, share, 0 * share, 0 * share], axis=-1)
+    binary, views, accessors = b"", [], []
+    for values, kind, code in (
+        (strip, "VEC3", 5126),
+        (faces.reshape(-1, 1), "SCALAR", 5123),
+        (bound, "VEC4", 5121),
+        (shares, "VEC4", 5126),
+        (np.swapaxes(bind, 1, 2).reshape(2, 16), "MAT4", 5126),
+        (np.arange(4.0)[:, None], "SCALAR", 5126),
+        (turns, "VEC4", 5126),
+        (hand, "VEC3", 5126),
+    ):
+        data = values.astype({5126: "<f4", 5123: "<u2", 5121: "u1"}[code]).tobytes()
+        views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(data)})
+        accessors.append({"bufferView": len(views) - 1, "componentType": code, "count": len(values), "type": kind})
+        binary += data + b"\0" * (-len(data) % 4)
+    content = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [1, 0]}],
+        "nodes": [
+            {"name": "strip", "mesh": 0, "skin": 0},
+            {"name": "figure", "translation": [5, 0, 0], "scale": [2, 2, 2], "children": [2]},
+            {"name": "shoulder", "children": [3]},
+            {"name": "elbow", "translation": [0, 1, 0], "children": [4]},
+            {"name": "hand", "translation": [0, 1, 0], "mesh": 1},
+        ],
+        "meshes": [
+            {"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 2, "WEIGHTS_0": 3}, "indices": 1}]},
+            {"primitives": [{"attributes": {"POSITION": 7}}]},
+        ],
+        "skins": [{"joints": list(joints), "inverseBindMatrices": 4}],
+        "animations": [
+            {
+                "name": "wave",
+                "samplers": [{"input": 5, "output": 6, "interpolation": interpolation}],
+                "channels": [{"sampler": 0, "target": {"node": 3, "path": "rotation"}}],
+            }
+        ],
+        "bufferViews": views,
+        "accessors": accessors,
+        "buffers": [
+            {
+                "byteLength": len(binary),
+                "uri": "data:application/octet-stream;base64," + base64.b64encode(binary).decode(),
+            }
+        ],
+    }
+    file.write_text(json.dumps(content))
+    points, shares = np.concatenate([strip, [5, 4, 0] + 2 * hand]), np.concatenate([share, np.ones(3)])
+    return SimpleNamespace(file=file, points=points, share=shares, elbow=elbow)
+
+
+@pytest.fixture
+def arm(tmp_path):
+    """A skinned file with `points` (N, 3), each with its `share` of the elbow, at `elbow`; `written` varies it."""
+    drawn = arm_gltf(tmp_path / "arm.gltf")
+    drawn.written = lambda **changes: arm_gltf(tmp_path / "other.gltf", **changes).file
+    return drawn

@@ -7,6 +7,8 @@ import pytest
 from PIL import Image
 
 from capture.errors import InputError
+from capture.motion import affine
+from retarget.characters import lift
 from retarget.characters.cast import (
     Cast,
     CastKey,
@@ -17,6 +19,7 @@ from retarget.characters.cast import (
     targets,
     write_cast,
 )
+from retarget.stage.draw2d import draw
 from retarget.stage.perform import perform
 
 
@@ -173,3 +176,78 @@ def test_unknown_parts_names_and_kinds_are_refused(worm, motion, tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="it has none"):
         cast_of(tmp_path / "empty", motion)
+
+
+MODEL = "v 0 0 0\nv 1 0 0\nv 1 2 0\nv 0 2 1\nf 1 2 3\nf 1 3 4\n"
+
+
+def test_a_model_is_cast_with_its_plane_and_what_depth_does(tmp_path, motion):
+    (tmp_path / "fox.obj").write_text(MODEL)
+    path = tmp_path / "c.cast.toml"
+    path.write_text(
+        '[[parts]]\nname = "egg"\ndrawing = "fox.obj"\nplane = "zy"\ndepth = "volume"\ndistance = 3\npivot = [0, 2, 1]\n'
+    )
+    (target,) = targets(read_cast(path), motion)
+    assert target.view[:, :3].tolist() == [[0, 0, 1], [0, -1, 0], [-1, 0, 0]]
+    assert target.depth is lift.keeping_volume and target.distance == 3 and target.pivot.tolist() == [0, 2, 1]
+    assert draw(perform(motion, [target]), 0)[..., 3].max() == 255
+
+
+def test_the_cast_of_a_model_read_back_is_that_cast(tmp_path):
+    keys = (CastKey("sit", "a.glb"), CastKey("lean", "a.glb", morphs={"Key 1": 0.5, 'qu"ote': -1.0}))
+    alone = CastPart("lid", (), "b.obj", plane="-zy", carried=True)
+    solid = CastPart("egg", keys, pivot=(1.0, 2.0, 3.0), plane=(-1.0, 0.5, 1.0), depth="even", distance=2.0)
+    write_cast(Cast((solid, alone), folder=tmp_path), tmp_path / "egg.cast.toml")
+    assert read_cast(tmp_path / "egg.cast.toml").parts == (solid, alone)
+
+
+def test_a_model_without_keys_can_be_lent_the_sources_bends(tmp_path, motion):
+    (tmp_path / "fox.obj").write_text(MODEL)
+    (tmp_path / "c.cast.toml").write_text('[[parts]]\nname = "egg"\ndrawing = "fox.obj"\ncarried = true\n')
+    (target,) = targets(read_cast(tmp_path / "c.cast.toml"), motion)
+    assert target.keys.names == ("sit", "lean")
+    drawn = affine.apply(target.keys.removed, target.keys.points)
+    assert np.abs(drawn[1] - drawn[0]).max() > 0.01
+
+
+def test_one_model_plays_all_keys_of_the_one_part(tmp_path, motion):
+    (tmp_path / "fox.obj").write_text(MODEL)
+    cast = cast_of(tmp_path / "fox.obj", motion)
+    assert cast.parts[0].carried and targets(cast, motion)[0].keys.names == ("sit", "lean")
+
+
+def test_models_named_after_the_keys_are_cast_by_their_names(tmp_path, motion):
+    for name, text in (("fox_sit.obj", MODEL), ("fox_lean.obj", MODEL.replace("1 2 0", "2 2 0"))):
+        (tmp_path / name).write_text(text)
+    (target,) = targets(cast_of(tmp_path, motion), motion)
+    assert target.keys.names == ("sit", "lean") and target.keys.points.shape == (2, 4, 3)
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ('drawing = "a.obj"\nplane = "yz"', "a plane must be xy, zy"),
+        ('drawing = "a.obj"\ndepth = "deep"', "depth must be one of kept, even, volume"),
+        ('drawing = "a.obj"\ndistance = 0.5', "distance must be above 1"),
+        ('drawing = "a.svg"\ncarried = true', "carried is for a model without keys"),
+        ('drawing = "a.obj"\npivot = [1, 2]', r"pivot must be \[x, y, z\] in a model"),
+        ('drawing = "a.svg"\npivot = [1, 2, 3]', r"pivot must be \[x, y\] in a drawing"),
+        ('drawing = "a.svg"\nplane = "zy"', "plane, depth and distance are for models"),
+    ],
+)
+def test_a_slip_in_the_fields_of_a_model_is_refused(tmp_path, fields, said):
+    (tmp_path / "c.cast.toml").write_text(f'[[parts]]\nname = "egg"\n{fields}\n')
+    with pytest.raises(InputError, match=said):
+        read_cast(tmp_path / "c.cast.toml")
+
+
+def test_a_cast_stands_on_the_ground_unless_it_says_otherwise(tmp_path, worm, motion):
+    path = tmp_path / "worm.cast.toml"
+    write_cast(cast_of(worm, motion), path)
+    assert read_cast(path).ground
+    assert "ground" not in path.read_text(encoding="utf-8")
+    write_cast(replace(cast_of(worm, motion), ground=False), path)
+    assert not read_cast(path).ground
+    path.write_text('ground = "yes"\n' + path.read_text(encoding="utf-8").replace("ground = false\n", ""))
+    with pytest.raises(InputError, match=r"Expected `bool`.*ground"):
+        read_cast(path)
