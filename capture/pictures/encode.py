@@ -39,8 +39,9 @@ def write_clip(
 
     `times`, when each frame starts in seconds (T,), maybe with the end of the last (T + 1,), replaces `fps`.
     An mp4 has no alpha, so frames with alpha are put over `background`; its sides are even, so the last row
-    or column is doubled where need be.  A webm keeps alpha; so does a mov, ProRes 4444 for editors, all but without
-    loss.  A gif keeps it as on or off, and has at most 50 frames a second and 255 colours.  A folder holds 0000.png, 0001.png, ...; it keeps no times.
+    or column is doubled where need be.  A webm keeps alpha; so does a mov, ProRes 4444 for editors, nearly without
+    loss.  A gif keeps it as on or off, and has at most 50 frames a second and 255 colours.  A folder holds 0000.png,
+    0001.png, ...; it keeps no times.
     """
     if not 0 < fps <= 1000:
         raise InputError(f"{path}: the frame rate must be above 0 and at most 1000, it is {fps}; give one such as 24")
