@@ -94,8 +94,12 @@ def _group(element: Element, of: Property) -> Thing:
 
 
 def _outlines(first: DrawnPath, points: NDArray, of: Property) -> list[Thing]:
-    """The subpaths with points (T, N, 2): vertices, and the ways into and out of them."""
-    shapes = []
+    return [{"ty": "sh", "ks": of(values)} for values in outline_values(first, points)]
+
+
+def outline_values(first: DrawnPath, points: NDArray) -> list[list[list[Thing]]]:
+    """Each subpath, with points (T, N, 2), in T frames: vertices, and the ways into and out of them."""
+    subpaths = []
     cents = grains(points)
     for a, b, closed in zip(first.starts[:-1], first.starts[1:], first.closed, strict=True):
         vertices = cents[:, a:b:3]
@@ -104,12 +108,9 @@ def _outlines(first: DrawnPath, points: NDArray, of: Property) -> list[Thing]:
         if closed and (vertices[:, 0] == vertices[:, -1]).all():  # the last curve ends on the first vertex
             before[:, 0] = before[:, -1]
             vertices, before, after = vertices[:, :-1], before[:, :-1], after[:, :-1]
-        values = [
-            [{"c": bool(closed), "v": _pixels(v), "i": _pixels(i), "o": _pixels(o)}]
-            for v, i, o in zip(vertices, before, after, strict=True)
-        ]
-        shapes.append({"ty": "sh", "ks": of(values)})
-    return shapes
+        ways = zip(vertices, before, after, strict=True)
+        subpaths.append([[{"c": bool(closed), "v": _pixels(v), "i": _pixels(i), "o": _pixels(o)}] for v, i, o in ways])
+    return subpaths
 
 
 def _fill(drawn: Sequence[DrawnPath], of: Property) -> Thing:
