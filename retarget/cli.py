@@ -279,8 +279,9 @@ def retarget(
     motion
         The *.motion.json that was captured.
     out
-        What to make: .mp4, .webm (with alpha), .gif, a folder of PNG, .glb or .gltf for 3-D programs and the web, or
-        .csv for the curves.
+        What to make: .mp4, .webm or ProRes .mov (both with alpha), .gif, or a folder of PNG; .json for Lottie, .svg for
+        an animated drawing, a folder's 0000.svg for a drawing a frame; .glb, .gltf, .usda, .usdc or .usdz for 3-D
+        programs; .jsx for After Effects; .csv or .curves.json for the curves.
     cast
         A *.cast.toml that says which drawing plays which key of which part.
     drawing
@@ -297,15 +298,14 @@ def retarget(
     from capture.pictures.encode import write_clip
     from capture.progress import progress, working
     from retarget.characters import cast as casting
-    from retarget.export.gltf import write_glb
-    from retarget.export.tables import write_csv
+    from retarget.export import formats
     from retarget.stage import draw2d
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
     out = out or Path(stem(motion) + ".retarget.mp4")
-    if out.suffix == ".csv":
-        write_csv(captured, out)
+    if table := formats.table(out):
+        table(captured, out)
         return f"{out}: {tracks.summary(captured)}"
     if (cast is None) == (not drawing):
         raise InputError("a retarget needs either --cast FILE or --drawing FILES, to say who plays")
@@ -319,14 +319,19 @@ def retarget(
     with working("learning the drawings"):
         performance = perform(captured, casting.targets(chosen, captured))
     parts = ", ".join(part.name for part in chosen.parts)
-    if out.suffix in (".glb", ".gltf"):
+    said = f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new"
+    if bodies := formats.bodies(out):
         with working("meshing the drawings"):
-            write_glb(performance, out)
-        return f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new bodies play {parts}"
+            bodies(performance, out)
+        return f"{said} bodies play {parts}"
     behind = casting.backdrop(chosen) if background is None else background_of(background)
+    if drawings := formats.drawings(out):
+        with working("writing the drawings"):
+            drawings(performance, out, size, behind)
+        return f"{said} drawings play {parts}"
     frames = draw2d.draw_frames(performance, behind, size)
-    count = write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
-    return f"{out}: {count} frames at {captured.fps:.4g} a second, new drawings play {parts}"
+    write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
+    return f"{said} drawings play {parts}"
 
 
 COMMANDS: tuple[Callable[..., str], ...] = (demo, fixtures, suggest, capture, contour, overlay, retarget)
