@@ -93,7 +93,7 @@ def _add_body(stage: Any, body: Body, codes: list[float], textures: list[NDArray
     figure = UsdSkel.Root.Define(stage, at.AppendPath("place/figure"))
     arrays, weights = between_zero_and_one(body)
     skeleton, motion = _add_skeleton(stage, figure.GetPath(), body.skin, codes)
-    names = [f"shape_{number}" for number in range(1, len(arrays["names"]) + 1)]
+    names = _identifiers(arrays["names"])
     if names:
         motion.CreateBlendShapesAttr(names)
         values = np.round(weights, 7).tolist()
@@ -167,12 +167,10 @@ def _add_skeleton(stage: Any, root: Any, skin: Skin | None, codes: list[float]) 
         skeleton.CreateBindTransformsAttr(still)
         skeleton.CreateRestTransformsAttr(still)
         return skeleton, motion
-    from pxr import Tf
     from scipy.spatial.transform import Rotation
 
     joints: list[str] = []
-    for name, parent in zip(skin.names, skin.parents, strict=True):
-        own = Tf.MakeValidIdentifier(name)
+    for own, parent in zip(_identifiers(skin.names), skin.parents, strict=True):
         joints.append(own if parent < 0 else f"{joints[parent]}/{own}")
     binds, rests = np.tile(np.eye(4), (2, len(joints), 1, 1))
     binds[:, :3] = skin.inverse_bind
@@ -268,6 +266,17 @@ def _unused(stage: Any, name: str) -> str:
     while stage.GetPrimAtPath(path):
         path, number = f"{wanted}_{number}", number + 1
     return path
+
+
+def _identifiers(names: Sequence[str]) -> list[str]:
+    """Names as USD allows them, each once: what Blender shows as the name of a shape key."""
+    from pxr import Tf
+
+    made: list[str] = []
+    for name in names:
+        plain = Tf.MakeValidIdentifier(name)
+        made.append(plain if plain not in made else f"{plain}_{len(made)}")
+    return made
 
 
 def _write_textures(folder: Path, textures: Sequence[NDArray]) -> None:

@@ -33,7 +33,7 @@ def photo(tmp_path, names):
     pixels[20:180, 20:180] = (200, 60, 0, 255)
     Image.fromarray(pixels).save(tmp_path / "photo.png")
     square = np.array([(20, 20), (180, 20), (180, 180), (20, 180)], float)
-    bent = square + [[30, 0], [30, 0], [0, 0], [0, 0]]
+    bent = square + [[50, 0], [0, 0], [0, 0], [0, 30]]  # which no affine map does
     return read_picture("egg", names, [tmp_path / "photo.png"] * len(names), [square, bent][: len(names)])
 
 
