@@ -72,13 +72,34 @@ def padded(gradients: Sequence[Gradient], points: Sequence[NDArray]) -> list[Gra
     return [_repeated(gradient, start, stop) for gradient in gradients]
 
 
+def finer(gradients: Sequence[Gradient], cuts: int = 8) -> list[Gradient]:
+    """Gradients that fade with more stops, `cuts` for one, so that they look alike wherever they are mixed.
+
+    Some players multiply colours by their alpha before they mix two stops, and some after.
+    """
+    if all(np.ptp(gradient.colors[:, 3]) == 0 for gradient in gradients):
+        return list(gradients)
+    count = len(gradients[0].offsets)
+    at, where = np.arange(0, count - 1 + 0.5 / cuts, 1 / cuts), np.arange(count)
+    return [
+        replace(
+            gradient,
+            offsets=np.interp(at, where, gradient.offsets),
+            colors=np.stack([np.interp(at, where, channel) for channel in gradient.colors.T], axis=-1),
+        )
+        for gradient in gradients
+    ]
+
+
 def _repeated(gradient: Gradient, start: int, stop: int) -> Gradient:
     """The stops of a gradient written out from t = start to stop, over a longer line or a larger circle."""
     offsets, colors = [], []
+    once = np.concatenate([[0], gradient.offsets, [1]])
+    painted = np.concatenate([gradient.colors[:1], gradient.colors, gradient.colors[-1:]])
     for turn in range(start, stop):
         back = gradient.spread == "reflect" and turn % 2
-        offsets.append(turn + (1 - gradient.offsets[::-1] if back else gradient.offsets))
-        colors.append(gradient.colors[::-1] if back else gradient.colors)
+        offsets.append(turn + (1 - once[::-1] if back else once))
+        colors.append(painted[::-1] if back else painted)
     length = stop - start
     unit, focus = np.array([[length, 0, start], [0, length, 0]], float), None
     if gradient.focus is not None:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from capture.files import written_beside
 from retarget.characters.paths import DrawnPath, Gradient
 from retarget.export.elements import GRAIN, Element, Layer, Page, grains, kept, page_of, paths_only
-from retarget.export.gradients import line_of, padded, round_of
+from retarget.export.gradients import finer, line_of, padded, round_of
 from retarget.stage.perform import Performance
 
 CAPS = {"butt": 1, "round": 2, "square": 3}
@@ -168,6 +168,7 @@ def _circle(center: NDArray, radius: NDArray, focus: NDArray, angle: NDArray, of
 
 def _stops(gradients: Sequence[Gradient], of: Property) -> Thing:
     """Colours as offset, red, green, blue; where any is clear, then offset, alpha of all."""
+    gradients = finer(gradients)
     clear = any((gradient.colors[:, 3] < 1).any() for gradient in gradients)
     values = []
     for gradient in gradients:
