@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from retarget.characters.paths import DrawnPath
 from retarget.export.gltf import plays_in_steps
 from retarget.stage.perform import Performance, Role
 
@@ -97,14 +96,12 @@ def one_frame(performance: Performance, t: int) -> Performance:
     return replace(performance, roles=roles, times=performance.times[one])
 
 
-def paths_only(page: Page, kind: str) -> None:
-    """Refuse a page with pictures on it in the name of a format, such as "a Lottie file", that cannot bend them."""
-    for layer in page.layers:
-        if not all(isinstance(element.drawn[0], DrawnPath) for element in layer.elements):
-            raise InputError(
-                f"part {layer.name!r}: {kind} can hold vector drawings, this part is played by a picture that bends: "
-                "make a .webm, a folder of pictures or a .glb instead"
-            )
+def refused(layer: Layer, kind: str) -> InputError:
+    """What to say of a picture that a format, such as "a Lottie file", cannot bend."""
+    return InputError(
+        f"part {layer.name!r}: {kind} can hold vector drawings and pictures that keep their shape, this part is played "
+        "by a picture that bends: make a .webm, a folder of pictures or a .glb instead"
+    )
 
 
 def kept(values: Sequence[Any], stepped: bool) -> list[int]:

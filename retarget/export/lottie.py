@@ -5,6 +5,8 @@ each new drawing, always of the same number of vertices.  Held drawings are hold
 smoothly between frames and meets every one of them exactly.  The last key frame has no way out, for players of the
 rlottie family draw nothing if it has.
 
+A picture that keeps its shape is an image layer; nothing in Lottie bends one, so one that bends is refused.
+
 Lottie knows round gradients, no oval ones: a fill with one lies in a group of its own that is stretched, its outlines
 the other way.  A stroke cannot be stretched; an oval gradient on one is made round.
 """
@@ -20,8 +22,10 @@ from numpy.typing import NDArray
 
 from capture.files import written_beside
 from retarget.characters.paths import DrawnPath, Gradient
-from retarget.export.elements import GRAIN, Element, Layer, Page, grains, kept, page_of, paths_only
+from retarget.export.elements import GRAIN, Element, Layer, Page, grains, kept, page_of, refused
 from retarget.export.gradients import finer, line_of, padded, round_of
+from retarget.export.stills import still_of
+from retarget.export.svg import png_of
 from retarget.stage.perform import Performance
 
 CAPS = {"butt": 1, "round": 2, "square": 3}
@@ -35,7 +39,6 @@ Property = Callable[[Sequence[list[Any]]], Thing]  # T values, each a list, to a
 def write_lottie(performance: Performance, path: str | Path, width: int | None = None, background: Any = None) -> None:
     """A performance as a Lottie *.json file, its stage's size or `width` pixels wide, over a colour or nothing."""
     page = page_of(performance, width, background)
-    paths_only(page, "a Lottie file")
     text = json.dumps(_animation(page), separators=(",", ":"), allow_nan=False)
     with written_beside(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
@@ -43,7 +46,8 @@ def write_lottie(performance: Performance, path: str | Path, width: int | None =
 
 def _animation(page: Page) -> Thing:
     last = _short(page.duration * page.fps)
-    layers = [_layer(layer, page) for layer in reversed(page.layers)]  # Lottie's first is in front
+    assets: list[Thing] = []
+    layers = [_layer(layer, page, assets) for layer in reversed(page.layers)]  # Lottie's first is in front
     if page.background:
         width, height = page.size
         behind = {"ty": 1, "nm": "background", "sw": width, "sh": height, "sc": page.background, "ks": _still()}
@@ -59,20 +63,41 @@ def _animation(page: Page) -> Thing:
         "h": page.size[1],
         "nm": "performance",
         "ddd": 0,
-        "assets": [],
+        "assets": assets,
         "layers": layers,
     }
 
 
-def _layer(layer: Layer, page: Page) -> Thing:
+def _layer(layer: Layer, page: Page, assets: list[Thing]) -> Thing:
     frames = [_short(start * page.fps) for start in page.starts]
 
     def property_of(values: Sequence[list[Any]]) -> Thing:
         return _property(values, frames, layer.stepped)
 
     seen = _property([[100 if seen else 0] for seen in layer.visible], frames, True)
+    if not isinstance(layer.elements[0].drawn[0], DrawnPath):
+        return _image(layer, seen, property_of, assets)
     shapes = [_group(element, property_of) for element in reversed(layer.elements)]
     return {"ty": 4, "nm": layer.name, "ks": _still() | {"o": seen}, "shapes": shapes}
+
+
+def _image(layer: Layer, seen: Thing, of: Property, assets: list[Thing]) -> Thing:
+    """A part that is one picture, which keeps its shape: the picture in the file's assets, and its place."""
+    still = still_of(layer.elements[0]) if len(layer.elements) == 1 else None
+    if still is None:
+        raise refused(layer, "a Lottie file")
+    height, width = still.pixels.shape[:2]
+    name = f"picture {len(assets)}"
+    assets.append({"id": name, "w": width, "h": height, "u": "", "p": png_of(still.pixels), "e": 1})
+    place = {
+        "o": seen,
+        "p": of(_pixels(grains(still.travel))),
+        "r": of([[_short(angle)] for angle in still.turn]),
+        "sk": of([[_short(-angle)] for angle in still.slant]),
+        "sa": {"a": 0, "k": 0},
+        "s": of((100 * np.round(still.stretch, 6)).round(4).tolist()),
+    }
+    return {"ty": 2, "nm": layer.name, "refId": name, "ks": _still() | place}
 
 
 def _group(element: Element, of: Property) -> Thing:

@@ -5,6 +5,9 @@ The animated file is SMIL, which browsers play in a page and in an <img> alike: 
 Illustrator, show the first frame.  Held drawings, as on twos, jump from one to the next; anything else moves on
 smoothly between frames, and meets every one of them exactly.
 
+A picture that keeps its shape lies in the file once and is moved; one that bends is refused, or drawn in each frame of
+a folder.
+
 Coordinates are kept to a hundredth of a pixel and written against the point before: a drawing of 40 curves takes
 about a kilobyte a frame.
 """
@@ -17,11 +20,13 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capture.files import folder_written_beside, written_beside
 from retarget.characters.paths import DrawnPath, Gradient, Paint
-from retarget.export.elements import GRAIN, Element, Layer, Page, grains, kept, one_frame, page_of, paths_only
+from retarget.export.elements import GRAIN, Element, Layer, Page, grains, kept, one_frame, page_of, refused
 from retarget.export.gradients import line_of, round_of
+from retarget.export.stills import Still, still_of
 from retarget.stage.draw2d import draw_things
 from retarget.stage.perform import Performance
 
@@ -46,10 +51,9 @@ EARLY = 1e-5
 
 def write_svg(performance: Performance, path: str | Path, width: int | None = None, background: Any = None) -> None:
     """A performance as one animated *.svg file, its stage's size or `width` pixels wide, over a colour or nothing."""
-    page = page_of(performance, width, background)
-    paths_only(page, "an animated SVG")
+    text = _document(page_of(performance, width, background))
     with written_beside(path) as temporary:
-        temporary.write_text(_document(page), encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8")
 
 
 def write_svg_frames(
@@ -85,8 +89,12 @@ def _group(layer: Layer, page: Page, key: str) -> str:
         drawn = element.drawn[0]
         if isinstance(drawn, DrawnPath):
             inside.append(_path(element, page, layer.stepped, f"{key}-{number}"))
-        else:
+        elif len(element.drawn) == 1:
             inside.append(_image(drawn, page.size))
+        elif still := still_of(element):
+            inside.append(_still(still, page, layer.stepped))
+        else:
+            raise refused(layer, "an animated SVG")
     seen = {"data-name": [layer.name], "visibility": ["visible" if seen else "hidden" for seen in layer.visible]}
     return _tag("g", seen, page, True, "\n".join(["", *inside, ""]))
 
@@ -181,13 +189,43 @@ def _gradient(gradients: Sequence[Gradient], key: str, page: Page, stepped: bool
         "rotate": [_number(angle) for angle in np.degrees(way.angle)],
         "scale": [" ".join(lengths(scale)) for scale in way.scale],
     }
-    curves["gradientTransform"] = [" ".join(f"{kind}({values[0]})" for kind, values in moves.items())]
-    # The first takes the place of the attribute, the others go on from there: so they are all there or none is.
-    if any(len(set(values)) > 1 for values in moves.values()):
-        for kind, values in moves.items():
-            more = "" if kind == "translate" else ' additive="sum"'
-            stops += _animated("animateTransform", "gradientTransform", values, page, stepped, f'type="{kind}"{more} ')
+    curves["gradientTransform"], moving = _transform("gradientTransform", moves, page, stepped)
+    stops += moving
     return _tag("radialGradient", curves, page, stepped, stops) + "\n"
+
+
+def _transform(attribute: str, moves: Curves, page: Page, stepped: bool) -> tuple[list[str], str]:
+    """Moves, the outermost first, as the attribute in the first frame and what animates it."""
+    first = [" ".join(f"{kind}({values[0]})" for kind, values in moves.items())]
+    if all(len(set(values)) == 1 for values in moves.values()):
+        return first, ""
+    moving = ""
+    for kind, values in moves.items():  # the first takes the place of the attribute, the others go on from there
+        more = f'type="{kind}" ' + ('additive="sum" ' if moving else "")
+        moving += _animated("animateTransform", attribute, values, page, stepped, more)
+    return first, moving
+
+
+def _still(still: Still, page: Page, stepped: bool) -> str:
+    """A picture that keeps its shape: one image, moved."""
+    moves = {
+        "translate": [" ".join(lengths(corner)) for corner in still.travel],
+        "rotate": [_number(angle) for angle in still.turn],
+        "skewX": [_number(angle) for angle in still.slant],
+        "scale": [f"{_number(x, 6)} {_number(y, 6)}" for x, y in still.stretch],
+    }
+    place, moving = _transform("transform", moves, page, stepped)
+    height, width = still.pixels.shape[:2]
+    curves = {"width": [str(width)], "height": [str(height)], "transform": place, "href": [png_of(still.pixels)]}
+    return _tag("image", curves, page, stepped, moving)
+
+
+def png_of(pixels: NDArray) -> str:
+    """A picture (h, w, 4) as an address that holds it."""
+    import cv2
+
+    png = cv2.imencode(".png", cv2.cvtColor(pixels, cv2.COLOR_RGBA2BGRA))[1].tobytes()
+    return f"data:image/png;base64,{base64.b64encode(png).decode()}"
 
 
 def _tag(name: str, curves: Curves, page: Page, stepped: bool, inside: str = "") -> str:
@@ -221,15 +259,11 @@ def _animated(tag: str, attribute: str, values: list[str], page: Page, stepped: 
 
 def _image(picture: Any, size: tuple[int, int]) -> str:
     """A bent picture drawn at the page's own size, cut out, as an image."""
-    import cv2
-
     low = np.maximum(np.floor(picture.points.min(axis=0)).astype(int) - 1, 0)
     high = np.minimum(np.ceil(picture.points.max(axis=0)).astype(int) + 2, size)
     if (high <= low).any():
         return ""
     width, height = (high - low).tolist()
     moved = replace(picture, points=picture.points - low - 0.5)  # pictures count from the middle of a pixel
-    pixels = draw_things([moved], (width, height))
-    png = cv2.imencode(".png", cv2.cvtColor(pixels, cv2.COLOR_RGBA2BGRA))[1].tobytes()
     place = f'x="{low[0]}" y="{low[1]}" width="{width}" height="{height}"'
-    return f'<image {place} href="data:image/png;base64,{base64.b64encode(png).decode()}"/>'
+    return f'<image {place} href="{png_of(draw_things([moved], (width, height)))}"/>'

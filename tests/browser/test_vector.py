@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PIL import Image
 from svgelements import CubicBezier, Path
 
 from capture.fit.action import capture_line
@@ -12,6 +13,8 @@ from capture.motion.tracks import CartoonMotion, track_of
 from retarget.characters import paths
 from retarget.characters.bend import read_bent
 from retarget.characters.drawing import read_drawing
+from retarget.characters.picture import read_picture
+from retarget.characters.target import REST
 from retarget.export.lottie import write_lottie
 from retarget.export.svg import write_svg
 from retarget.stage.draw2d import draw
@@ -173,6 +176,23 @@ def test_parts_change_their_order_and_are_hidden(vector, tmp_path, drawn, name):
     for t, picture in enumerate(shown.pictures):
         off = np.abs(_soft(draw(performance, t, "white")) - _soft(picture)).mean()
         assert off < 0.5, t
+
+
+@pytest.mark.parametrize("name", ["photo.svg", "photo.json"])
+def test_a_picture_that_keeps_its_shape_is_moved_turned_and_sheared(vector, tmp_path, name):
+    y, x = np.mgrid[:240, :320]
+    pixels = np.stack([x * 255 // 320, y * 255 // 240, 128 + 100 * np.sin(x / 19) * np.sin(y / 23)], -1)
+    Image.fromarray(pixels.astype(np.uint8)).save(tmp_path / "photo.png")
+    target = read_picture("egg", (REST,), [tmp_path / "photo.png"], [egg()])
+    playing = motion(6)
+    mirrored = playing.tracks[0].affine.copy()
+    mirrored[-1, :, 0] *= -1
+    playing = replace(playing, tracks=(replace(playing.tracks[0], affine=mirrored),))
+    performance = perform(playing, [target])
+    shown = played(vector, performance, tmp_path / name, SIZE)
+    for t, picture in enumerate(shown.pictures):
+        off = np.abs(_soft(draw(performance, t, "white")) - _soft(picture))
+        assert off.mean() < 0.5 and np.percentile(off, 99.5) < 30, t
 
 
 @pytest.mark.parametrize("name", ["flag.svg", "flag.json"])

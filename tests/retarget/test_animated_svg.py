@@ -100,8 +100,9 @@ def test_a_picture_lies_in_a_frame_as_png_and_is_refused_in_an_animated_file(tmp
     pixels = np.random.default_rng(3).integers(0, 255, (200, 200, 3), np.uint8)
     Image.fromarray(pixels).save(tmp_path / "one.png")
     square = np.array([(20, 20), (180, 20), (180, 180), (20, 180)], float)
-    photo = read_picture("egg", ("sit",), [tmp_path / "one.png"], [square])
-    performance = perform(by_hand.motion(by_hand.tumble(2), [[1.0]] * 2, names=("sit",)), [photo])
+    bent = square + [[50, 0], [0, 0], [0, 0], [0, 0]]
+    photo = read_picture("egg", by_hand.names, [tmp_path / "one.png"] * 2, [square, bent])
+    performance = perform(by_hand.motion(by_hand.tumble(2), [[1.0, 0], [0, 1.0]]), [photo])
     with pytest.raises(InputError, match=r"part 'egg': an animated SVG can hold vector drawings"):
         write_svg(performance, tmp_path / "photo.svg")
     assert not (tmp_path / "photo.svg").exists()

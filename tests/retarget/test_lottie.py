@@ -90,8 +90,9 @@ def test_a_picture_or_a_picture_behind_is_refused_and_leaves_nothing(tmp_path, b
     (tmp_path / "out").mkdir()
     Image.new("RGB", (200, 200)).save(tmp_path / "one.png")
     square = np.array([(20, 20), (180, 20), (180, 180), (20, 180)], float)
-    photo = read_picture("egg", ("sit",), [tmp_path / "one.png"], [square])
-    performance = perform(by_hand.motion(by_hand.still(), [[1.0]], names=("sit",)), [photo])
+    bent = square + [[50, 0], [0, 0], [0, 0], [0, 0]]
+    photo = read_picture("egg", by_hand.names, [tmp_path / "one.png"] * 2, [square, bent])
+    performance = perform(by_hand.motion(by_hand.still(2), [[1.0, 0], [0, 1.0]]), [photo])
     with pytest.raises(InputError, match=r"part 'egg': a Lottie file can hold vector drawings"):
         write_lottie(performance, tmp_path / "out" / "a.json")
     performance = acting(by_hand, worm)
