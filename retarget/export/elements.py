@@ -97,10 +97,10 @@ def one_frame(performance: Performance, t: int) -> Performance:
 
 
 def refused(layer: Layer, kind: str) -> InputError:
-    """What to say of a picture that a format, such as "a Lottie file", cannot bend."""
+    """What to say of a part that a format, such as "a Lottie file", cannot show."""
     return InputError(
-        f"part {layer.name!r}: {kind} can hold vector drawings and pictures that keep their shape, this part is played "
-        "by a picture that bends: make a .webm, a folder of pictures or a .glb instead"
+        f"part {layer.name!r}: {kind} can hold vector drawings and pictures that keep their shape, this part is a "
+        "picture that bends, or a model: make a .webm, a folder of pictures or a .glb instead"
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.motion import affine
+from retarget.characters.picture import DrawnPicture
 from retarget.export.elements import Element
 from retarget.stage.draw2d import draw_things
 
@@ -42,6 +43,8 @@ class Still:
 def still_of(element: Element) -> Still | None:
     """A picture in T frames as a still, or nothing where it bends or melts into another."""
     first = element.drawn[0]
+    if not isinstance(first, DrawnPicture):
+        return None
     if any(len(picture.layers) > 1 or picture.layers[0][0] is not first.layers[0][0] for picture in element.drawn):
         return None
     layer = first.layers[0][0]

@@ -257,13 +257,13 @@ def _animated(tag: str, attribute: str, values: list[str], page: Page, stepped: 
     )
 
 
-def _image(picture: Any, size: tuple[int, int]) -> str:
-    """A bent picture drawn at the page's own size, cut out, as an image."""
-    low = np.maximum(np.floor(picture.points.min(axis=0)).astype(int) - 1, 0)
-    high = np.minimum(np.ceil(picture.points.max(axis=0)).astype(int) + 2, size)
-    if (high <= low).any():
+def _image(thing: Any, size: tuple[int, int]) -> str:
+    """What is no path, drawn at the page's own size, as an image as large as need be."""
+    moved = replace(thing, points=thing.points - 0.5)  # it counts from the middle of a pixel
+    pixels = draw_things([moved], size)
+    rows, columns = np.nonzero(pixels[..., 3])
+    if not len(rows):
         return ""
-    width, height = (high - low).tolist()
-    moved = replace(picture, points=picture.points - low - 0.5)  # pictures count from the middle of a pixel
-    place = f'x="{low[0]}" y="{low[1]}" width="{width}" height="{height}"'
-    return f'<image {place} href="{png_of(draw_things([moved], (width, height)))}"/>'
+    top, left, bottom, right = rows.min(), columns.min(), rows.max() + 1, columns.max() + 1
+    place = f'x="{left}" y="{top}" width="{right - left}" height="{bottom - top}"'
+    return f'<image {place} href="{png_of(pixels[top:bottom, left:right])}"/>'
