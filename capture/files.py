@@ -15,7 +15,7 @@ from pathlib import Path
 
 from capture.errors import InputError
 
-FRAME_NAME = re.compile(r"\d{4,}\.png")
+FRAME_NAME = re.compile(r"\d{4,}\.(png|svg)")
 FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -47,7 +47,7 @@ def written_beside(path: str | os.PathLike) -> Iterator[Path]:
 def folder_written_beside(path: str | os.PathLike) -> Iterator[Path]:
     """Yield an empty folder beside `path` that takes its place on success only.
 
-    An existing folder is replaced if it holds nothing but frames as we write them (0000.png, 0001.png, ...):
+    An existing folder is replaced if it holds nothing but frames as we write them (0000.png or .svg, ...):
     so a shorter second run leaves no frames of the first, and no other file is ever lost.
     """
     target = Path(os.path.realpath(path))

@@ -1,4 +1,4 @@
-"""Writing clips: mp4, webm with alpha, gif, or a folder of PNG.  Frames in equals frames out."""
+"""Writing clips: mp4, webm and ProRes with alpha, gif, or a folder of PNG.  Frames in equals frames out."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -21,6 +21,8 @@ ITU709 = 1  # FFmpeg's number for the colours of high definition; as a range, 16
 # Without B-frames an mp4 keeps the length of the last frame, and one cut short loses nothing before the cut.
 H264 = {"crf": "16", "preset": "medium", "tune": "animation", "bf": "0"}
 VP9 = {"crf": "10", "b": "0", "deadline": "good", "cpu-used": "5", "row-mt": "1", "auto-alt-ref": "0"}
+# ProRes 4444: full chroma, 10 bits of colour and an alpha that loses nothing, for editors and compositors.
+PRORES = {"profile": "4444", "vendor": "apl0", "alpha_bits": "16", "qscale": "4"}
 
 Timed = Iterator[tuple[NDArray, int, int]]  # a frame, its start and its length in ticks
 Writer = Callable[[Timed, Fraction], int]  # also takes the length of a tick in seconds; returns T
@@ -33,12 +35,13 @@ def write_clip(
     times: ArrayLike | None = None,
     background: tuple[int, int, int] = (255, 255, 255),
 ) -> int:
-    """Write uint8 frames (H, W, 3 or 4) as .mp4, .webm, .gif or, without a suffix, a folder of PNG; return T.
+    """Write uint8 frames (H, W, 3 or 4) as .mp4, .webm, .mov, .gif or, without a suffix, a folder of PNG; return T.
 
     `times`, when each frame starts in seconds (T,), maybe with the end of the last (T + 1,), replaces `fps`.
     An mp4 has no alpha, so frames with alpha are put over `background`; its sides are even, so the last row
-    or column is doubled where need be.  A webm keeps alpha.  A gif keeps it as on or off, and has at most
-    50 frames a second and 255 colours.  A folder holds 0000.png, 0001.png, ...; it keeps no times.
+    or column is doubled where need be.  A webm keeps alpha; so does a mov, ProRes 4444 for editors, nearly without
+    loss.  A gif keeps it as on or off, and has at most 50 frames a second and 255 colours.  A folder holds 0000.png,
+    0001.png, ...; it keeps no times.
     """
     if not 0 < fps <= 1000:
         raise InputError(f"{path}: the frame rate must be above 0 and at most 1000, it is {fps}; give one such as 24")
@@ -74,10 +77,12 @@ def _writer(path: str | os.PathLike, background: tuple[int, int, int]) -> Writer
         return partial(_write_mp4, path, background)
     if suffix == ".webm":
         return partial(_write_webm, path)
+    if suffix == ".mov":
+        return partial(_write_prores, path)
     if suffix == ".gif":
         return partial(_write_gif, path)
     raise InputError(
-        f"{path}: the output must end in .mp4, .webm or .gif, or in nothing for a folder of PNG, "
+        f"{path}: the output must end in .mp4, .webm, .mov or .gif, or in nothing for a folder of PNG, "
         f"it ends in {suffix}; rename it"
     )
 
@@ -107,13 +112,26 @@ def _write_webm(path: str | os.PathLike, frames: Timed, tick: Fraction) -> int:
         return _write_video(file, bled, tick, "libvpx-vp9", VP9)
 
 
-def _write_video(file: Path, frames: Timed, tick: Fraction, codec: str, options: dict[str, str]) -> int:
-    """Encode with 4:2:0 chroma, and an alpha plane if the frames have one."""
+def _write_prores(path: str | os.PathLike, frames: Timed, tick: Fraction) -> int:
+    bled = ((_bled(frame), start, length) for frame, start, length in frames)
+    with written_beside(path) as file:
+        return _write_video(file, bled, tick, "prores_ks", PRORES, ("yuv444p10le", "yuva444p10le"))
+
+
+def _write_video(
+    file: Path,
+    frames: Timed,
+    tick: Fraction,
+    codec: str,
+    options: dict[str, str],
+    planes: tuple[str, str] = ("yuv420p", "yuva420p"),
+) -> int:
+    """Encode with 4:2:0 chroma or other `planes`, the second with alpha, for frames that have one."""
     import av
     from av.video.reformatter import Interpolation
 
     smoothly = Interpolation.BICUBIC | Interpolation.FULL_CHR_H_INP | Interpolation.ACCURATE_RND
-    faststart = {"movflags": "faststart"} if file.suffix.lower() == ".mp4" else {}
+    faststart = {"movflags": "faststart"} if file.suffix.lower() in (".mp4", ".mov") else {}
     count, lengths = 0, {}
 
     def mux(packets: Iterable[av.Packet]) -> None:
@@ -123,7 +141,7 @@ def _write_video(file: Path, frames: Timed, tick: Fraction, codec: str, options:
 
     with av.open(str(file), "w", options=faststart) as container:
         for count, (frame, start, length) in enumerate(frames, 1):
-            rgb, yuv = ("rgb24", "yuv420p") if frame.shape[2] == 3 else ("rgba", "yuva420p")
+            rgb, yuv = ("rgb24", planes[0]) if frame.shape[2] == 3 else ("rgba", planes[1])
             if count == 1:
                 stream = container.add_stream(codec, rate=1 / (tick * length), options=options)
                 encoder = stream.codec_context

@@ -28,12 +28,14 @@ def retarget(
     motion
         The *.motion.json that was captured.
     out
-        What to make: .mp4, .webm (with alpha), .gif, a folder of PNG, .glb or .gltf for 3-D programs and the web, or
-        .csv for the curves.
+        What to make: .mp4, .webm or ProRes .mov (both with alpha), .gif, or a folder of PNG; .json for Lottie, .svg for
+        an animated drawing, a folder's 0000.svg for a drawing a frame; .glb, .gltf, .usda, .usdc or .usdz for 3-D
+        programs; .jsx for After Effects; .csv or .curves.json for the curves.
     cast
         A *.cast.toml that says which drawing plays which key of which part.
     drawing
-        Instead of a cast: SVG or PNG files whose names end in the key's name, or a folder of them.
+        Instead of a cast: SVG or PNG files whose names end in the key's name, or a folder of them; or one photograph or
+        one 3-D model (GLB, glTF, OBJ, PLY) that plays all keys.
     background
         A colour, a picture or a clip behind the character; transparent if not given, white in an mp4.  A clip runs at
         its own rate.
@@ -61,15 +63,14 @@ def retarget(
     from capture.progress import progress, working
     from retarget.characters import cast as casting
     from retarget.characters.backdrop import read_background
-    from retarget.export.gltf import write_glb
-    from retarget.export.tables import write_csv
+    from retarget.export import formats
     from retarget.stage import composite, draw2d, plate, staging
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
     out = out or Path(stem(motion) + ".retarget.mp4")
-    if out.suffix == ".csv":
-        write_csv(captured, out)
+    if table := formats.table(out):
+        table(captured, out)
         return f"{out}: {tracks.summary(captured)}"
     if (cast is None) == (not drawing):
         raise InputError("a retarget needs either --cast FILE or --drawing FILES, to say who plays")
@@ -90,10 +91,16 @@ def retarget(
         performance = staging.stand(performance, captured) if chosen.ground else performance
     tell(note for actor in actors for note in getattr(actor, "notes", ()))
     parts = ", ".join(part.name for part in chosen.parts)
-    if out.suffix in (".glb", ".gltf"):
+    said = f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new"
+    if bodies := formats.bodies(out):
         with working("meshing the drawings"):
-            write_glb(performance, out)
-        return f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new bodies play {parts}"
+            bodies(performance, out)
+        return f"{said} bodies play {parts}"
+    drawings = formats.drawings(out)
+    if drawings and (into is not None or any((soften, match, shadow))):
+        raise InputError(
+            f"--into, --soften, --match and --shadow make pictures, {out.name} holds drawings: ask for a video"
+        )
     blend = composite.Blend(soften, match, shadow)
     if into is not None:
         if background is not None:
@@ -108,11 +115,19 @@ def retarget(
             told(behind)
             if behind.edges[-1] < captured.times[-1]:
                 tell([f"{behind.path}: it ends after {behind.edges[-1]:.2f} s, its last frame stays behind the rest"])
+        if drawings:
+            if isinstance(behind, Clip):
+                raise InputError(
+                    f"a moving background needs a video, {out.name} holds drawings: give a colour or a picture"
+                )
+            with working("writing the drawings"):
+                drawings(performance, out, size, behind)
+            return f"{said} drawings play {parts}"
         if blend == composite.Blend():
             frames = draw2d.draw_frames(performance, behind, size)
         elif behind is None:
             raise InputError("--soften, --match and --shadow need something behind the character: add --background")
         else:
             frames = composite.over(performance, behind, size, blend)
-    count = write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
-    return f"{out}: {count} frames at {captured.fps:.4g} a second, new drawings play {parts}"
+    write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
+    return f"{said} drawings play {parts}"

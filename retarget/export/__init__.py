@@ -1,1 +1,1 @@
-"""What goes out besides pictures: `tables` writes the curves as CSV."""
+"""What goes out besides pictures: `elements` and `bodies` are what a file is given; `formats` names the writers."""

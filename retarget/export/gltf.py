@@ -77,7 +77,7 @@ def write_bodies(
 def _add_body(file: File, body: Body) -> int:
     """A body's meshes, nodes and curves, from the inside out; returns the number of its outermost node."""
     stepped = plays_in_steps(body.place)
-    arrays, weights = _between_zero_and_one(body)
+    arrays, weights = between_zero_and_one(body)
     meshes = _add_meshes(file, body, arrays, weights)
     way = nodes(body.place)
     if body.skin is not None:
@@ -159,7 +159,7 @@ def plays_in_steps(*curves: NDArray) -> bool:
     return bool((stays > 1).mean() > 0.5)
 
 
-def _between_zero_and_one(body: Body) -> tuple[dict[str, Any], NDArray]:
+def between_zero_and_one(body: Body) -> tuple[dict[str, Any], NDArray]:
     """Base, targets and weights (T, D') for targets whose weights run from 0 to 1, and what the extras tell of it."""
     low, high = body.weights.min(axis=0), body.weights.max(axis=0)
     low[0], high[0] = 0, 0  # the base's own weight is what the others leave of 1
@@ -219,7 +219,7 @@ def _add_material(file: File, body: Body, look: Look | None) -> int:
     """A drawing shows its own colours, whatever the light; both sides, for a mirrored one shows its back."""
     red, green, blue, alpha = body.color
     surface: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
-    surface["baseColorFactor"] = [*(_linear(channel) for channel in (red, green, blue)), alpha]
+    surface["baseColorFactor"] = [*(linear_light(channel) for channel in (red, green, blue)), alpha]
     clear = alpha < 1
     if look is not None:
         surface["baseColorTexture"] = {"index": _add_texture(file, body.name, look)}
@@ -266,6 +266,6 @@ def _add_camera(file: File, aspect: float) -> int:
     return file.add("nodes", name="stage", camera=camera, translation=[0.0, 0.5, 10.0])
 
 
-def _linear(channel: float) -> float:
+def linear_light(channel: float) -> float:
     """A colour channel of a picture (sRGB) as light."""
     return channel / 12.92 if channel <= 0.04045 else ((channel + 0.055) / 1.055) ** 2.4

@@ -1,7 +1,9 @@
-"""The curves of a motion as a table that any spreadsheet opens."""
+"""The curves of a motion as a table that any spreadsheet opens, or as JSON for scripts."""
 
 import csv
+import json
 from pathlib import Path
+from typing import Any
 
 from capture.files import written_beside
 from capture.motion.tracks import CartoonMotion, Track
@@ -29,6 +31,40 @@ def write_csv(motion: CartoonMotion, path: str | Path) -> None:
                 table.writerow(
                     [t, float(time), track.part, track.parent, *_place(track, t), *shares, *_notes(track, t)]
                 )
+
+
+def write_curves(motion: CartoonMotion, path: str | Path) -> None:
+    """The same numbers as JSON, a list of T for each curve of each part, on lines that compare well.
+
+    {"fps", "size", "times", "parts": {part: {"parent", "pivot", "keys", "affine": T of [a1, a2, dx, a3, a4, dy],
+    "weights": T of K, "held", "visible", "residual", "order"}}}
+    """
+    parts = {
+        track.part: {
+            "parent": track.parent,
+            "pivot": track.pivot.tolist(),
+            "keys": list(track.keys),
+            "affine": track.affine.reshape(len(track), -1).tolist(),
+            "weights": track.key_weights().tolist(),
+            "held": track.held.tolist(),
+            "visible": track.visible.tolist(),
+            "residual": track.residual.tolist(),
+            "order": track.order.tolist(),
+        }
+        for track in motion.tracks
+    }
+    told = {"fps": motion.fps, "size": list(motion.size), "times": motion.times.tolist(), "parts": parts}
+    with written_beside(path) as temporary:
+        temporary.write_text(_lines(told) + "\n", encoding="utf-8")
+
+
+def _lines(thing: Any, indent: str = "") -> str:
+    """JSON with each curve on a line of its own."""
+    if not isinstance(thing, dict):
+        return json.dumps(thing, allow_nan=False, ensure_ascii=False)
+    inner = indent + "  "
+    rows = [f"{inner}{json.dumps(name, ensure_ascii=False)}: {_lines(value, inner)}" for name, value in thing.items()]
+    return "{\n" + ",\n".join(rows) + f"\n{indent}}}"
 
 
 def _place(track: Track, t: int) -> list[float]:

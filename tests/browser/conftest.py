@@ -94,6 +94,33 @@ def three(open_page):
 
 
 @pytest.fixture(scope="session")
+def vector(open_page):
+    """What a browser makes of an animated SVG, or lottie-web of a Lottie file, at times or frames.
+
+    `(path, at, size)` with a size also takes a picture at each of them.
+    """
+    shown = open_page("vector.html")
+
+    def play(path, at, size=None):
+        text = Path(path).read_text(encoding="utf-8")
+        which, content = ("svg", text) if Path(path).suffix == ".svg" else ("player", json.loads(text))
+        shown.page.evaluate("([which, content]) => window[which].open(content)", [which, content])
+        frames, pictures = [], []
+        for moment in at:
+            shown.page.evaluate("([which, moment]) => { window[which].go(moment) }", [which, float(moment)])
+            paths = shown.page.evaluate("painted()")
+            frames.append([SimpleNamespace(**path) for path in paths])
+            if size is not None:
+                clip = dict(zip(("x", "y", "width", "height"), (0, 0, *size)))
+                png = shown.page.screenshot(clip=clip)
+                pictures.append(_image("," + base64.b64encode(png).decode()))
+        assert shown.told == []
+        return SimpleNamespace(frames=frames, pictures=pictures)
+
+    return play
+
+
+@pytest.fixture(scope="session")
 def validate(packages):
     """The issues that the Khronos validator finds in a glTF file."""
     if shutil.which("node") is None:

@@ -34,7 +34,7 @@ def written(path, frames, **options):
     return read_clip(path)
 
 
-@pytest.mark.parametrize("name", ["a.mp4", "a.webm", "a.gif", "a"])
+@pytest.mark.parametrize("name", ["a.mp4", "a.webm", "a.mov", "a.gif", "a"])
 def test_frames_in_are_frames_out_with_their_colours_also_where_drawings_are_held(tmp_path, name):
     frames = [ball(t) for t in range(17)]
     clip = written(tmp_path / name, frames)
@@ -46,14 +46,14 @@ def test_frames_in_are_frames_out_with_their_colours_also_where_drawings_are_hel
         assert off.max() == 0
 
 
-@pytest.mark.parametrize("name", ["a.webm", "a.gif", "a"])
+@pytest.mark.parametrize("name", ["a.webm", "a.mov", "a.gif", "a"])
 def test_alpha_comes_back(tmp_path, name):
     frames = np.stack([ball(t, alpha=True) for t in range(9)])
     clip = written(tmp_path / name, frames)
     seen = np.stack(list(clip)).astype(int)
     assert clip.has_alpha and seen.shape == frames.shape
     wanted = np.where(frames[..., 3] < 128, 0, 255) if name == "a.gif" else frames[..., 3]
-    assert np.abs(seen[..., 3] - wanted).max() <= (20 if name == "a.webm" else 0)
+    assert np.abs(seen[..., 3] - wanted).max() <= {"a.webm": 20, "a.mov": 1}.get(name, 0)
     solid = frames[..., 3] == 255
     assert np.abs(seen[solid][:, :3] - RED).max() <= 6  # to the very edge: no fringe of hidden black
 
@@ -77,17 +77,33 @@ def test_an_mp4_lies_over_the_background_and_every_player_opens_it(tmp_path):
     assert data.index(b"moov") < data.index(b"mdat")
 
 
-@pytest.mark.parametrize("suffix", [".mp4", ".webm"])
+@pytest.mark.parametrize("suffix", [".mp4", ".webm", ".mov"])
 @pytest.mark.parametrize("colour", [RED, BLUE, (0, 0, 0), (255, 255, 255), (128, 128, 128), (255, 220, 0)])
 def test_flat_colours_come_back(tmp_path, suffix, colour):
     clip = written(tmp_path / f"a{suffix}", [np.full((H, W, 3), colour, np.uint8)] * 2)
     assert np.abs(clip[1].astype(int) - colour).max() <= 3
 
 
+def test_prores_4444_keeps_every_level_of_alpha_and_the_colour_under_it(tmp_path):
+    """All 256 levels beside each other, as an editor reads them: straight alpha, in the tag that editors know."""
+    levels = np.tile(np.arange(256, dtype=np.uint8), (32, 1))
+    y, x = np.mgrid[:1:32j, :1:256j]
+    colours = np.stack([200 * x, 90 + 60 * y, 255 - 200 * x], axis=-1).astype(np.uint8)
+    frames = [np.dstack([colours, np.roll(levels, t, axis=1)]) for t in range(3)]
+    write_clip(tmp_path / "a.mov", frames)
+    with av.open(str(tmp_path / "a.mov")) as container:
+        codec = container.streams.video[0].codec_context
+        assert (codec.name, codec.codec_tag, codec.pix_fmt[:7]) == ("prores", "ap4h", "yuva444")
+        seen = np.stack([frame.to_ndarray(format="rgba") for frame in container.decode(video=0)]).astype(int)
+    off = np.abs(seen - np.stack(frames))
+    assert off[..., 3].max() <= 1
+    assert off[..., :3][np.stack(frames)[..., 3] > 0].max() <= 3
+
+
 def test_an_odd_mp4_doubles_its_last_row_and_column_and_the_others_keep_their_size(tmp_path):
     frames = [ball(t)[:33, :47] for t in range(3)]
     assert written(tmp_path / "a.mp4", frames).size == (48, 34)
-    assert written(tmp_path / "a.webm", frames).size == (47, 33)
+    assert written(tmp_path / "a.webm", frames).size == written(tmp_path / "a.mov", frames).size == (47, 33)
     assert written(tmp_path / "a.gif", frames).size == (47, 33)
     for size in ((1, 1), (1, 16), (16, 1)):
         assert len(written(tmp_path / "a.mp4", [np.zeros((*size, 3), np.uint8)] * 2)) == 2
@@ -111,7 +127,7 @@ def test_a_rate_that_is_a_short_fraction_stays_itself(fps):
         assert exact_rate(float(fps)) == fps
 
 
-@pytest.mark.parametrize("suffix, within", [(".mp4", 1e-4), (".webm", 1e-3), (".gif", 0.01)])
+@pytest.mark.parametrize("suffix, within", [(".mp4", 1e-4), (".mov", 1e-4), (".webm", 1e-3), (".gif", 0.01)])
 def test_variable_times_and_the_last_hold_come_back(tmp_path, suffix, within):
     edges = np.cumsum([0, 0.04, 0.5, 0.12, 0.0417, 1.3, 0.08, 3.0])
     frames = [ball(t) for t in range(7)]
@@ -211,7 +227,7 @@ def test_a_clip_can_be_written_over_the_file_it_is_read_from(tmp_path):
     assert len(written(tmp_path / "b.mp4", clip, fps=clip.fps)) == 4
 
 
-@pytest.mark.parametrize("name", ["a.mp4", "a.webm", "a.gif", "a"])
+@pytest.mark.parametrize("name", ["a.mp4", "a.webm", "a.mov", "a.gif", "a"])
 @pytest.mark.parametrize(
     "frames, options, match",
     [
@@ -246,7 +262,7 @@ def test_a_failure_in_the_middle_leaves_nothing(tmp_path):
 
 def test_an_unknown_suffix_names_the_ones_that_work(tmp_path):
     for name in ("a.xyz", "a.png", "a.mp3"):
-        with pytest.raises(InputError, match=r"\.mp4, \.webm or \.gif"):
+        with pytest.raises(InputError, match=r"\.mp4, \.webm, \.mov or \.gif"):
             write_clip(tmp_path / name, [ball(0)])
 
 

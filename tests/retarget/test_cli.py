@@ -122,6 +122,32 @@ def test_a_motion_is_lent_to_a_drawing_in_every_format(short: Path, tmp_path: Pa
         assert made.has_alpha == (name != "new.mp4")
 
 
+@pytest.mark.parametrize(
+    ("name", "begins"),
+    [
+        ("ball.json", '{"v":'),
+        ("ball.svg", "<?xml"),
+        ("drawings/0000.svg", "<?xml"),
+        ("ball.jsx", "(function"),
+        ("ball.curves.json", "{\n"),
+    ],
+)
+def test_a_retarget_can_stay_a_drawing_or_be_curves(short: Path, tmp_path: Path, capsys, name: str, begins: str):
+    asked = ["retarget", str(short / "ball.motion.json"), "--drawing", str(short / "square.svg"), "--size", "320"]
+    assert main([*asked, "--background", "white", "-o", str(tmp_path / name)]) == 0
+    assert str(tmp_path / name) in capsys.readouterr().out
+    text = (tmp_path / name).read_text(encoding="utf-8")
+    assert text.startswith(begins)
+    assert "curves" in name or "320" in text
+
+
+def test_a_captured_motion_is_never_taken_for_a_lottie_file(short: Path, tmp_path: Path, capsys):
+    asked = (short / "ball.motion.json", "--drawing", short / "square.svg", "-o", short / "ball.motion.json")
+    before = (short / "ball.motion.json").read_bytes()
+    assert ".mp4" in refused(capsys, tmp_path, "retarget", *asked)
+    assert (short / "ball.motion.json").read_bytes() == before
+
+
 def test_a_retarget_can_be_a_body_for_3d_programs(short: Path, tmp_path: Path, capsys):
     asked = ["retarget", str(short / "ball.motion.json"), "--drawing", str(short / "square.svg"), "-o"]
     assert main([*asked, str(tmp_path / "square.glb")]) == 0
