@@ -6,7 +6,7 @@ from time import process_time
 import numpy as np
 
 from capture.fit import video
-from capture.fit.pixels import find, layer
+from capture.fit.pixels import descend, layer
 from capture.fit.pixels import model as models
 from capture.motion import affine
 from capture.pictures import matte
@@ -58,7 +58,7 @@ def cut(model, clip, t, outline, margin=64):
 
 def fitted(model, frame, start):
     """The outline (B, 2) that one descent from a map (2, 3) ends with."""
-    pose = find._fit(model, frame, start)
+    pose = descend.fit(model, frame, start)
     return models.outline_at(model, pose.placed, pose.alpha)
 
 
