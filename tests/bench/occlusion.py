@@ -12,6 +12,8 @@ BARS = {"plum": (124, 92, 150), "own_color": frog.GREEN}
 COVERED = 0.05  # share of the part
 GONE = 46  # the frame from which the part is out of the picture, or on its way out; all keys come before it
 HOME = 6  # frames that it stays away
+BAR = (44, 90)  # the frames that the bar is on screen: after the last key
+OVER_KEYS = (18, 78)  # and where it covers a fifth and a third of two of the four key drawings
 
 
 def rows():
@@ -19,8 +21,11 @@ def rows():
     figures = {}
     for kind, draw in (("affine", jumps.rigid_frog), ("keys", jumps.bending_frog)):
         for name, color in BARS.items():
-            figures |= {f"{kind}_{name}_{key}": value for key, value in _bar(variants.barred(draw(), color)).items()}
+            found = _bar(variants.barred(draw(), color, 0.2, *BAR))
+            figures |= {f"{kind}_{name}_{key}": value for key, value in found.items()}
         figures |= {f"{kind}_gone_{key}": value for key, value in _away(variants.gone(draw(), GONE, HOME)).items()}
+    over_keys = _bar(variants.barred(jumps.bending_frog(), BARS["plum"], 0.2, *OVER_KEYS))
+    figures |= {f"keys_bar_over_keys_{key}": value for key, value in over_keys.items()}
     leaving = variants.leaving(jumps.rigid_frog(), GONE)  # over the picture's edge, which cuts it in between
     return figures | {f"affine_leaving_{key}": value for key, value in _away(leaving).items()}
 
