@@ -15,6 +15,8 @@ from capture.motion import affine
 
 CLEARLY = 60.0  # grey levels; where a pixel differs this much it speaks against the part, and more is no worse
 
+BLUNTER = 1.3  # times the misfit: what lies nearest to the drawing's outline never fits its inside quite as well
+
 
 class Evidence(NamedTuple):
     """How much of a part a picture shows, measured by what tells the part from nothing at all."""
@@ -61,7 +63,10 @@ def finish(model: PartModel, frame: Layer, pose: Pose) -> Pose:
         return pose
     mixed = models.amounts(shape, pose.alpha)
     placed, alpha = outside.by_way_of_the_drawing(shape.loose, frame, pose.placed, pose.alpha, mixed, pose.misfit)
-    return pose if placed is pose.placed else judged(model, frame, replace(pose, placed=placed, alpha=alpha))
+    if placed is pose.placed:
+        return pose
+    found = judged(model, frame, replace(pose, placed=placed, alpha=alpha))
+    return found if found.misfit < BLUNTER * pose.misfit else pose
 
 
 def judged(model: PartModel, frame: Layer, pose: Pose) -> Pose:
