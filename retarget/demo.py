@@ -14,6 +14,7 @@ from capture.progress import progress, working
 from fixtures import frog, write
 from fixtures.toon import Toon
 from retarget.characters import cast as casting
+from retarget.characters import castfile
 from retarget.export.tables import write_csv
 from retarget.stage import draw2d, staging
 from retarget.stage.perform import perform
@@ -37,7 +38,7 @@ def demo(folder: Path) -> str:
 
     drawings = [path for path in write.write_characters(folder / "characters") if path.stem.startswith("bunny_")]
     cast = casting.cast_of(drawings, motion)
-    casting.write_cast(cast, folder / "bunny.cast.toml")
+    castfile.write_cast(cast, folder / "bunny.cast.toml")
     with working("learning the bunny"):
         performance = staging.stand(perform(motion, casting.targets(cast, motion)), motion)
     bunny = list(progress(draw2d.draw_frames(performance), "drawing the bunny", len(clip)))

@@ -62,6 +62,7 @@ def retarget(
     from capture.pictures.shot import read_shot
     from capture.progress import progress, working
     from retarget.characters import cast as casting
+    from retarget.characters import castfile
     from retarget.characters.backdrop import read_background
     from retarget.export import formats
     from retarget.stage import composite, draw2d, plate, staging
@@ -79,10 +80,10 @@ def retarget(
     if bend and (cast is not None or len(drawing) != 1 or len(captured.tracks) != 1):
         raise InputError('--bend needs one --drawing and a motion of one part; a cast says between = "bend" itself')
     if bend:
-        part = casting.CastPart(captured.tracks[0].part, drawing=str(drawing[0]), between=casting.BEND)
-        chosen = casting.Cast((part,))
+        part = castfile.CastPart(captured.tracks[0].part, drawing=str(drawing[0]), between=castfile.BEND)
+        chosen = castfile.Cast((part,))
     else:
-        chosen = casting.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
+        chosen = castfile.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
     if box is not None:
         chosen = replace(chosen, parts=tuple(replace(part, box=box) for part in chosen.parts))
     with working("learning the drawings"):

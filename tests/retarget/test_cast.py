@@ -9,16 +9,8 @@ from PIL import Image
 from capture.errors import InputError
 from capture.motion import affine
 from retarget.characters import lift
-from retarget.characters.cast import (
-    Cast,
-    CastKey,
-    CastPart,
-    backdrop,
-    cast_of,
-    read_cast,
-    targets,
-    write_cast,
-)
+from retarget.characters.cast import backdrop, cast_of, targets
+from retarget.characters.castfile import Cast, CastKey, CastPart, read_cast, write_cast
 from retarget.stage.draw2d import draw
 from retarget.stage.perform import perform
 

@@ -10,7 +10,7 @@ from capture.errors import InputError
 from capture.motion import affine, keys, tracks
 from capture.pictures.decode import read_clip
 from retarget.characters import cast as casting
-from retarget.characters import photo
+from retarget.characters import castfile, photo
 from retarget.characters.picture import outline_of, read_picture
 from retarget.cli import main
 from retarget.stage.draw2d import draw
@@ -130,9 +130,9 @@ def test_one_photograph_without_outlines_plays_all_keys(plum_file, by_hand, tmp_
 
     motion = by_hand.motion(by_hand.still(3), [[1, 0], [0.5, 0.5], [0, 1]])
     chosen = casting.cast_of(plum_file, motion)
-    chosen = casting.Cast((casting.CastPart("egg", chosen.parts[0].keys, str(plum_file), box=(75, 30, 150, 140)),))
-    casting.write_cast(chosen, tmp_path / "plum.cast.toml")
-    assert casting.read_cast(tmp_path / "plum.cast.toml").parts[0].box == (75, 30, 150, 140)
+    chosen = castfile.Cast((castfile.CastPart("egg", chosen.parts[0].keys, str(plum_file), box=(75, 30, 150, 140)),))
+    castfile.write_cast(chosen, tmp_path / "plum.cast.toml")
+    assert castfile.read_cast(tmp_path / "plum.cast.toml").parts[0].box == (75, 30, 150, 140)
     performance = perform(motion, casting.targets(chosen, motion))
     frames = [draw(performance, t) for t in range(3)]
     role, source = performance.roles[0], motion.outline("egg")

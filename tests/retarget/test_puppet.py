@@ -7,7 +7,8 @@ import pytest
 
 from capture.errors import InputError
 from capture.motion import affine
-from retarget.characters.cast import read_cast, targets, write_cast
+from retarget.characters.cast import targets
+from retarget.characters.castfile import read_cast, write_cast
 from retarget.characters.meshfiles import read_model
 from retarget.characters.puppet import KeyPose, read_puppet
 from retarget.characters.skin import skinned
