@@ -4,25 +4,13 @@ What real files do and readers stumble over: each joint has its own order of rot
 replaces the joint's OFFSET, it does not add to it; end sites are joints without channels; frames go over lines.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-
-
-@dataclass(frozen=True, eq=False)
-class SkeletonMotion:
-    """J joints over T frames; parents come before their children, a root has parent -1."""
-
-    names: tuple[str, ...]
-    parents: tuple[int, ...]
-    offsets: NDArray  # (J, 3) at rest, from the parent joint
-    translation: NDArray  # (T, J, 3) from the parent joint
-    rotation: NDArray  # (T, J, 4) quaternions (x, y, z, w), against the parent joint
-    fps: float
+from mocap.skeleton import Skeleton, SkeletonMotion
 
 
 def read_bvh(path: str | Path) -> SkeletonMotion:
@@ -57,7 +45,7 @@ def _motion(words: list[str]) -> SkeletonMotion:
     for joint, own in enumerate(channels):
         _play(own, values[:, column : column + len(own)], translation[:, joint], rotation[:, joint])
         column += len(own)
-    return SkeletonMotion(tuple(names), tuple(parents), np.array(offsets), translation, rotation, 1 / step)
+    return SkeletonMotion(Skeleton(tuple(names), tuple(parents), np.array(offsets)), translation, rotation, 1 / step)
 
 
 def _play(channels: list[str], values: NDArray, translation: NDArray, rotation: NDArray) -> None:

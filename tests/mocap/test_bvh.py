@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from mocap import skeleton
 from mocap.bvh import read_bvh
 
 LEG = """HIERARCHY
@@ -31,18 +30,14 @@ Frame Time: 0.04
 """
 
 
-def places(motion):
-    return skeleton.world_maps(motion.parents, skeleton.own_maps(motion.translation, motion.rotation))[..., 3]
-
-
 def test_joints_go_where_their_channels_say(tmp_path):
     (tmp_path / "leg.bvh").write_text(LEG)
     motion = read_bvh(tmp_path / "leg.bvh")
-    assert motion.names == ("Hip", "Left Knee", "Left Knee end") and motion.parents == (-1, 0, 1)
+    assert motion.skeleton.names == ("Hip", "Left Knee", "Left Knee end") and motion.skeleton.parents == (-1, 0, 1)
     assert motion.fps == pytest.approx(25)
     # a position replaces the offset; in frame 1 the hip turns about z, then about its own x, which the knee undoes
-    np.testing.assert_allclose(places(motion)[0], [[0, 10, 0], [0, 6, 0], [0, 3, 0]], atol=1e-12)
-    np.testing.assert_allclose(places(motion)[1], [[0, 10, 5], [0, 10, 1], [3, 10, 1]], atol=1e-12)
+    np.testing.assert_allclose(motion.positions()[0], [[0, 10, 0], [0, 6, 0], [0, 3, 0]], atol=1e-12)
+    np.testing.assert_allclose(motion.positions()[1], [[0, 10, 5], [0, 10, 1], [3, 10, 1]], atol=1e-12)
 
 
 def test_what_is_not_a_bvh_is_refused(tmp_path):
