@@ -7,11 +7,26 @@ import pytest
 
 from mocap.bvh import read_bvh, write_bvh
 
-NAMES = """
-ad_cmu1_jumping_jacks ad_fair1_dab ad_fair1_jumping ad_fair1_wave_hello ad_fair1_zombie ad_rokoko_jesse_dance
-bandai1_kick bandai1_run_normal bandai1_walk_normal bandai1_walk_tired bvhpython_freebvh bvhpython_mocapbank cmu21_box-2
-cmu21_dance cmu21_kick cmu21_swim cmu21_walk cmu_01_01_fairmotion cmu_12_01_walk
-""".split()
+NAMES = [
+    *(
+        "ad_cmu1_jumping_jacks",
+        "ad_fair1_dab",
+        "ad_fair1_jumping",
+        "ad_fair1_wave_hello",
+        "ad_fair1_zombie",
+        "ad_rokoko_jesse_dance",
+    ),
+    *(
+        "bandai1_kick",
+        "bandai1_run_normal",
+        "bandai1_walk_normal",
+        "bandai1_walk_tired",
+        "bvhpython_freebvh",
+        "bvhpython_mocapbank",
+        "cmu21_box-2",
+    ),
+    *("cmu21_dance", "cmu21_kick", "cmu21_swim", "cmu21_walk", "cmu_01_01_fairmotion", "cmu_12_01_walk"),
+]
 
 
 @pytest.mark.parametrize("name", NAMES)
