@@ -8,48 +8,8 @@ from scipy.optimize import minimize
 
 from capture.errors import InputError
 from mocap.rubber import constrain, feet
-from mocap.rubber.subjoints import SubJoints
-from mocap.skeleton import Skeleton
 
 FPS = 60.0
-
-
-def leg(cuts=3):
-    """A hip with two legs of thigh, shin and foot; every link is cut into `cuts`; a spur hangs on the left ankle."""
-    names, parents, offsets = ["hips"], [-1], [[0, 1, 0]]
-    for side, x in (("left", 0.1), ("right", -0.1)):
-        for name, offset in (
-            ("hip", [x, 0, 0]),
-            ("knee", [0, -0.45, 0.02]),
-            ("ankle", [0, -0.45, -0.02]),
-            ("toe", [0, 0, 0.15]),
-        ):
-            parents.append(0 if name == "hip" else len(names) - 1)
-            names.append(f"{side} {name}")
-            offsets.append(offset)
-    names.append("spur")
-    parents.append(3)
-    offsets.append([0, 0, -0.05])
-    skeleton = Skeleton(tuple(names), tuple(parents), np.array(offsets, float))
-    sub_parents, joint, along, ends = [], [], [], []
-    for k, parent in enumerate(parents):
-        count = 1 if parent < 0 or names[k].endswith("hip") or names[k] == "spur" else cuts
-        for cut in range(count):
-            sub_parents.append(-1 if parent < 0 else ends[parent] if cut == 0 else len(joint) - 1)
-            joint.append(k)
-            along.append((cut + 1) / count)
-        ends.append(len(joint) - 1)
-    groups = (np.arange(1, 5), np.arange(5, 9))
-    return SubJoints(skeleton, tuple(sub_parents), np.array(joint), np.array(along), np.array(ends), groups)
-
-
-def standing(subjoints, count=1):
-    places = np.zeros((len(subjoints.skeleton), 3))
-    for k, parent in enumerate(subjoints.skeleton.parents):
-        places[k] = subjoints.skeleton.offsets[k] + (places[parent] if parent >= 0 else 0)
-    above = np.maximum(np.array(subjoints.skeleton.parents), 0)[subjoints.joint]
-    share = subjoints.along[:, None]
-    return np.tile((1 - share) * places[above] + share * places[subjoints.joint], (count, 1, 1))
 
 
 def always(joint, places):
@@ -61,7 +21,7 @@ moves = st.tuples(*[st.floats(-0.4, 0.4)] * 3).map(np.array)
 
 @settings(max_examples=40, deadline=None)
 @given(moves, moves)
-def test_goals_are_met_exactly_and_nothing_else_of_the_body_moves(ankle_move, toe_move):
+def test_goals_are_met_exactly_and_nothing_else_of_the_body_moves(leg, standing, ankle_move, toe_move):
     sub = leg()
     before = standing(sub)
     goals = [always(k, before[:, sub.ends[k]] + move) for k, move in ((3, ankle_move), (4, toe_move))]
@@ -74,14 +34,14 @@ def test_goals_are_met_exactly_and_nothing_else_of_the_body_moves(ankle_move, to
     np.testing.assert_allclose(after[:, spur] - after[:, ankle], before[:, spur] - before[:, ankle], atol=1e-12)
 
 
-def test_a_goal_where_the_joint_is_changes_nothing():
+def test_a_goal_where_the_joint_is_changes_nothing(leg, standing):
     sub = leg()
     before = standing(sub, 3)
     after = constrain.constrained(before, sub, [always(4, before[:, sub.ends[4]])])
     np.testing.assert_allclose(after, before, atol=1e-12)
 
 
-def test_a_turned_figure_is_bent_the_same():
+def test_a_turned_figure_is_bent_the_same(leg, standing):
     from scipy.spatial.transform import Rotation
 
     sub = leg()
@@ -97,7 +57,7 @@ def test_a_turned_figure_is_bent_the_same():
     np.testing.assert_allclose(other, turned(one), atol=1e-9)
 
 
-def test_a_limb_that_only_turns_about_its_start_keeps_its_shape():
+def test_a_limb_that_only_turns_about_its_start_keeps_its_shape(leg, standing):
     """The one goal that asks for no bending: the whole leg swung from the hip."""
     from scipy.spatial.transform import Rotation
 
@@ -113,7 +73,7 @@ def test_a_limb_that_only_turns_about_its_start_keeps_its_shape():
         assert np.abs(after[0, chain] - swung).max() < 0.06
 
 
-def test_the_first_round_is_the_least_squares_of_the_laplacians():
+def test_the_first_round_is_the_least_squares_of_the_laplacians(leg, standing):
     """Against scipy's minimiser on the energy, written out point by point."""
     sub = leg(2)
     chain = standing(sub)[:, [s for s, joint in enumerate(sub.joint) if joint in (1, 2, 3, 4)]] * [1, 1, 1.3]
@@ -139,7 +99,7 @@ def test_the_first_round_is_the_least_squares_of_the_laplacians():
     np.testing.assert_allclose(ours[0, 1:-1], found.x.reshape(-1, 3), atol=1e-4)
 
 
-def test_goals_come_and_go_without_a_jump():
+def test_goals_come_and_go_without_a_jump(leg, standing):
     sub, count = leg(), 120
     before = standing(sub, count)
     frames = np.zeros((2, count), bool)
@@ -155,7 +115,7 @@ def test_goals_come_and_go_without_a_jump():
     np.testing.assert_array_equal(after[:20], before[:20])
 
 
-def test_a_hand_hits_its_target_in_its_frame():
+def test_a_hand_hits_its_target_in_its_frame(leg, standing):
     sub = leg()
     before = standing(sub, 60)
     goal = constrain.reach(4, [0.3, 0.6, 0.5], 30, 60, FPS)
@@ -164,7 +124,7 @@ def test_a_hand_hits_its_target_in_its_frame():
     assert np.ptp(after[:14], axis=0).max() == 0
 
 
-def test_a_root_cannot_be_a_goal_and_a_frame_to_reach_in_must_exist():
+def test_a_root_cannot_be_a_goal_and_a_frame_to_reach_in_must_exist(leg, standing):
     sub = leg()
     with pytest.raises(InputError, match="is a root"):
         constrain.constrained(standing(sub), sub, [always(0, np.zeros((1, 3)))])
@@ -172,7 +132,7 @@ def test_a_root_cannot_be_a_goal_and_a_frame_to_reach_in_must_exist():
         constrain.reach(3, [0, 0, 0], 9, 5, FPS)
 
 
-def test_feet_stand_where_they_stood():
+def test_feet_stand_where_they_stood(leg, standing):
     sub, count = leg(), 90
     captured = standing(sub, count)[:, sub.ends]
     drift = np.cumsum(np.full((count, 1, 3), [0.004, 0, 0.002]), axis=0)
@@ -183,7 +143,7 @@ def test_feet_stand_where_they_stood():
         np.testing.assert_allclose(after[20:50, sub.ends[joint]], captured[20:50, joint], atol=1e-12)
 
 
-def test_no_foot_goes_through_the_floor():
+def test_no_foot_goes_through_the_floor(leg, standing):
     sub, count = leg(), 60
     captured = standing(sub, count)[:, sub.ends]
     dip = 0.1 * np.sin(np.linspace(0, np.pi, count))[:, None, None] * [0, -1, 0]
