@@ -31,6 +31,7 @@ class Role:
     order: NDArray  # (T,) int, higher is drawn later
     rows: NDArray  # (D, 3) the in-betweens that were mixed ...
     mixed: NDArray  # (T, D) ... and by which weights: exporters of shapes lend these on
+    joint: NDArray  # (T, 2) where on the stage its pivot is: there it hangs on its parent
 
     def mesh(self) -> NDArray:
         """Where the target's mesh is in every frame (T, N, 2 or 3)."""
@@ -87,12 +88,13 @@ def _role(motion: CartoonMotion, target: Target, pivots: dict[str, NDArray], sta
         shape = np.tensordot(weights, target.shapes(rows), axes=1)  # (T, M, 2)
     place = affine.compose(stands[target.part], placement(motion, target))
     moved = total_affine(motion, target.part, pivots)
+    joint = affine.apply(moved, pivots[target.part][None])[:, 0]
     scale = float(np.hypot(*place[:, 0]))
     if shape.shape[-1] == 3:  # what moves the drawing moves the model in the plane it is seen in
         place = affine.compose(lift.lifted(place, scale), target.view)
         moved = lift.lifted(moved, target.depth(moved))
     points = affine.apply(affine.compose(moved, place), shape)
-    return Role(target, points, folded, scale, track.visible, track.order, rows, weights)
+    return Role(target, points, folded, scale, track.visible, track.order, rows, weights, joint)
 
 
 def _key_rows(count: int) -> NDArray:
