@@ -2,6 +2,7 @@
 
     background = "white"                 # a colour, a picture or a clip; optional
     ground = true                        # feet stand where the source's feet stand; false leaves them as they come
+    follow = [[60, 400], [580, 360]]     # a path along the stage that the whole goes, from end to end; optional
 
     [[parts]]
     name = "frog"
@@ -9,6 +10,7 @@
                                          # one drawing bent along a captured line of action
     height = 1.0                         # times the source's height
     pivot = [120.0, 80.0]                # where it turns, in the first key's drawing; the source's without it
+    order = 3                            # higher is drawn later; in every frame the source's own without it
     box = [40, 20, 300, 280]             # x, y, width, height: cuts a photograph out of its background
 
     [[parts.keys]]
@@ -30,6 +32,17 @@ it, and it has these fields more:
 A part with a `drawing` of its own and no keys keeps its shape: only the captured affine map is lent to it.
 With keys, the part's `drawing` serves every key that names none; a picture that serves all of them and has no outlines
 is bent as the captured keys are.
+
+What is to stay in a place says so, and all but the part can be left out:
+
+    [[keep]]
+    part = "shin"
+    frames = [12, 20]                    # first and last, from 0; while the source's is on the ground without them
+    point = [88.0, 301.0]                # in the first key's drawing; what is lowest without it
+    at = [320.0, 400.0]                  # where on the stage; where it has come to without it
+    bend = ["thigh", "shin"]             # the two parts that give way; the part and what it hangs on without it, the
+                                         # whole figure where that hangs on nothing, or with bend = []
+    stretch = 0.0                        # by what share of its length the leg may get longer, out of reach
 """
 
 import json
@@ -82,6 +95,19 @@ class CastPart:
     depth: str = "kept"
     distance: float | None = None
     carried: bool = False
+    order: int | None = None
+
+
+@dataclass(frozen=True)
+class CastKeep:
+    """A point of a part that stays in a place."""
+
+    part: str
+    frames: tuple[int, int] | None = None
+    point: tuple[float, ...] = ()
+    at: tuple[float, float] | None = None
+    bend: tuple[str, ...] | None = None
+    stretch: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -92,6 +118,8 @@ class Cast:
     background: str = ""
     folder: Path = field(default=Path(), compare=False)
     ground: bool = True
+    follow: tuple[tuple[float, float], ...] = ()
+    keep: tuple[CastKeep, ...] = ()
 
 
 def read_cast(path: str | Path) -> Cast:
@@ -121,6 +149,8 @@ def write_cast(cast: Cast, path: str | Path) -> None:
         lines += [f"background = {_text(named)}", ""]
     if not cast.ground:
         lines += ["ground = false", ""]
+    if cast.follow:
+        lines += [f"follow = [{', '.join(map(_numbers, cast.follow))}]", ""]
     for part in cast.parts:
         lines += ["[[parts]]", f"name = {_text(part.name)}"]
         if part.drawing:
@@ -138,6 +168,8 @@ def write_cast(cast: Cast, path: str | Path) -> None:
             lines.append(f"distance = {float(part.distance)!r}")
         if part.carried:
             lines.append("carried = true")
+        if part.order is not None:
+            lines.append(f"order = {part.order}")
         for key in part.keys:
             lines += ["", "[[parts.keys]]", f"name = {_text(key.name)}"]
             if key.drawing:
@@ -153,11 +185,27 @@ def write_cast(cast: Cast, path: str | Path) -> None:
                 turns = (f"{_text(name)} = {_numbers(turn)}" for name, turn in key.joints.items())
                 lines.append(f"joints = {{ {', '.join(turns)} }}")
         lines.append("")
+    for keep in cast.keep:
+        lines += _keep_lines(keep)
     with written_beside(path) as temporary:
         Path(temporary).write_text("\n".join(lines), encoding="utf-8")
 
 
+def _keep_lines(keep: CastKeep) -> list[str]:
+    lines = ["[[keep]]", f"part = {_text(keep.part)}"]
+    if keep.frames is not None:
+        lines.append(f"frames = [{keep.frames[0]}, {keep.frames[1]}]")
+    lines += [f"{name} = {_numbers(place)}" for name, place in (("point", keep.point), ("at", keep.at)) if place]
+    if keep.bend is not None:
+        lines.append(f"bend = [{', '.join(map(_text, keep.bend))}]")
+    return [*lines, f"stretch = {float(keep.stretch)!r}", ""]
+
+
 def _checked(cast: Cast) -> Cast:
+    if cast.follow and (len(cast.follow) < 2 or not np.isfinite(cast.follow).all()):
+        raise InputError(f"follow must be a path of 2 or more points [x, y] of the stage, it has {len(cast.follow)}")
+    for keep in cast.keep:
+        _check_keep(keep, cast)
     for part in cast.parts:
         if part.between not in (*BETWEEN, BEND):
             known = ", ".join((*BETWEEN, BEND))
@@ -172,6 +220,25 @@ def _checked(cast: Cast) -> Cast:
                 whose = f"key {key.name!r} of part {part.name!r}" if part.keys else f"part {part.name!r}"
                 raise InputError(f'{whose} must have a drawing, it has none: add drawing = "file.svg"')
     return cast
+
+
+def _check_keep(keep: CastKeep, cast: Cast) -> None:
+    played = [part.name for part in cast.parts]
+    said = f"keep of part {keep.part!r}"
+    if keep.part not in played:
+        raise InputError(f"{said}: the part must be one that is played, name one of {', '.join(played) or 'none'}")
+    if keep.frames is not None and not 0 <= keep.frames[0] <= keep.frames[1]:
+        raise InputError(f"{said}: frames must be the first and the last, from 0, they are {list(keep.frames)}")
+    if keep.at is not None and keep.frames is None:
+        raise InputError(f"{said}: a place needs the frames in which it is kept: add frames = [first, last]")
+    if len(keep.point) not in (0, 2, 3) or not np.isfinite([*keep.point, *(keep.at or ())]).all():
+        raise InputError(f"{said}: point and at must be [x, y], or a point [x, y, z] of a model, in finite numbers")
+    if keep.bend is not None and len(keep.bend) not in (0, 2):
+        raise InputError(
+            f"{said}: bend must name two parts, the thigh and the shin, or none, it names {len(keep.bend)}"
+        )
+    if not 0 <= keep.stretch < np.inf:
+        raise InputError(f"{said}: stretch must be 0 or more, a share of the leg's length, it is {keep.stretch}")
 
 
 def _check_space(part: CastPart) -> None:
@@ -196,7 +263,8 @@ def _check_space(part: CastPart) -> None:
 
 def _refuse_unknown(stored: dict[str, Any]) -> None:
     """Fields that are none are typing slips and would be passed over silently."""
-    levels = [(Cast, stored)]
+    keeps = stored.get("keep", [])
+    levels = [(Cast, stored), *((CastKeep, keep) for keep in keeps if isinstance(keeps, list))]
     parts = stored.get("parts", [])
     for part in parts if isinstance(parts, list) else []:
         levels.append((CastPart, part))

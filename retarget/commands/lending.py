@@ -65,7 +65,8 @@ def retarget(
     from retarget.characters import castfile
     from retarget.characters.backdrop import read_background
     from retarget.export import formats
-    from retarget.stage import composite, draw2d, plate, staging
+    from retarget.stage import composite, draw2d, plate
+    from retarget.stage.direct import direct
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
@@ -88,15 +89,15 @@ def retarget(
         chosen = replace(chosen, parts=tuple(replace(part, box=box) for part in chosen.parts))
     with working("learning the drawings"):
         actors = casting.targets(chosen, captured)
-        performance = perform(captured, actors)
-        performance = staging.stand(performance, captured) if chosen.ground else performance
+        performance, slid = direct(perform(captured, actors), chosen, captured)
     tell(note for actor in actors for note in getattr(actor, "notes", ()))
     parts = ", ".join(part.name for part in chosen.parts)
+    feet = f"; {slid}" if slid is not None and max(slid.before, slid.after) >= 0.05 else ""
     said = f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new"
     if bodies := formats.bodies(out):
         with working("meshing the drawings"):
             bodies(performance, out)
-        return f"{said} bodies play {parts}"
+        return f"{said} bodies play {parts}{feet}"
     drawings = formats.drawings(out)
     if drawings and (into is not None or any((soften, match, shadow))):
         raise InputError(
@@ -123,7 +124,7 @@ def retarget(
                 )
             with working("writing the drawings"):
                 drawings(performance, out, size, behind)
-            return f"{said} drawings play {parts}"
+            return f"{said} drawings play {parts}{feet}"
         if blend == composite.Blend():
             frames = draw2d.draw_frames(performance, behind, size)
         elif behind is None:
@@ -131,4 +132,4 @@ def retarget(
         else:
             frames = composite.over(performance, behind, size, blend)
     write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
-    return f"{said} drawings play {parts}"
+    return f"{said} drawings play {parts}{feet}"

@@ -90,6 +90,7 @@ def one_frame(performance: Performance, t: int) -> Performance:
             visible=role.visible[one],
             order=role.order[one],
             mixed=role.mixed[one],
+            joint=role.joint[one],
         )
         for role in performance.roles
     )
