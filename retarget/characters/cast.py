@@ -13,8 +13,9 @@ from capture.motion.tracks import CartoonMotion, Track
 from capture.pictures.clip import Clip
 from retarget.characters.backdrop import is_color, read_background
 from retarget.characters.bend import read_bent
+from retarget.characters.body import Body, Limb, body
 from retarget.characters.carried import carried_shapes
-from retarget.characters.castfile import BEND, BETWEEN, DEPTHS, Cast, CastKey, CastPart
+from retarget.characters.castfile import BEND, BETWEEN, DEPTHS, Cast, CastBody, CastKey, CastLimb, CastPart
 from retarget.characters.drawing import read_drawing
 from retarget.characters.mesh import mesh, read_mesh
 from retarget.characters.meshfiles import MODELS, read_model
@@ -63,7 +64,7 @@ def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) 
 
 def targets(cast: Cast, motion: CartoonMotion) -> list[Target]:
     """The characters of a cast, drawings read, keys in the motion's order."""
-    return [_target(part, cast, motion) for part in cast.parts]
+    return [*(_target(part, cast, motion) for part in cast.parts), *(_body(one, cast, motion) for one in cast.bodies)]
 
 
 def backdrop(cast: Cast) -> str | NDArray | Clip | None:
@@ -89,6 +90,29 @@ def _target(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
         target = _keyed(part, cast, motion.track(part.name), motion.keyset(part.name))
     pivot = None if part.pivot is None else np.array(part.pivot, float)
     return replace(target, height=part.height, pivot=pivot)
+
+
+def _body(told: CastBody, cast: Cast, motion: CartoonMotion) -> Body:
+    """One drawing for several parts, in one shape."""
+    file = cast.folder / told.drawing
+    kind = file.suffix.lower()
+    between, limbs = BETWEEN[told.between], {limb.name: _limb(limb) for limb in told.parts}
+    name, keys = told.drawing, (REST,)
+    if kind == ".svg":
+        apart = [limb.elements for limb in told.parts if limb.elements]
+        inner = read_drawing(name, keys, [file], between, apart)
+    elif kind in PICTURES:
+        inner = read_picture(name, keys, [file], [None], between, told.box)
+    elif kind in MODELS:
+        inner = read_mesh(name, keys, [file], (), told.plane, DEPTHS[told.depth])
+    else:
+        raise InputError(f"a body's drawing must be one of {', '.join(DRAWINGS)}, it is {told.drawing!r}: convert it")
+    return replace(body(inner, motion, limbs, told.seam, told.frame, told.turned), height=told.height)
+
+
+def _limb(told: CastLimb) -> Limb:
+    line, region = (np.array(points, float) if points else None for points in (told.line, told.region))
+    return Limb(line, region, None if told.pivot is None else np.array(told.pivot, float), told.elements)
 
 
 def _bent(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:

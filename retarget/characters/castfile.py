@@ -33,6 +33,22 @@ A part with a `drawing` of its own and no keys keeps its shape: only the capture
 With keys, the part's `drawing` serves every key that names none; a picture that serves all of them and has no outlines
 is bent as the captured keys are.
 
+One drawing, photograph or model can play several parts, or all of them, and bend softly where they meet:
+
+    [[bodies]]
+    drawing = "figure.svg"
+    seam = 30.0                          # pixels of the stage over which it bends; as the slimmest part is wide without
+    height = 1.0
+    frame = 0                            # it is drawn in the source's pose of this frame; of its keys 0 without it
+    turned = true                        # its limbs are turned first to lie as the source's do, by their lines
+
+    [[bodies.parts]]                     # none of them: it plays all parts, and is divided as the source is
+    name = "near arm"
+    line = [[90, 120], [40, 210]]        # from its joint to its end, in the drawing; or for all parts
+    region = [[80, 110], [100, 120], ...]  # an outline round it, in the drawing
+    pivot = [90, 120]                    # where it turns, if there is no line; the source's without it
+    elements = ["arm", "hand"]           # ids in an SVG: elements and groups that are all this part, and cross others
+
 What is to stay in a place says so, and all but the part can be left out:
 
     [[keep]]
@@ -52,19 +68,13 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from capture.errors import InputError
 from capture.files import written_beside
-from capture.motion import keys
-from retarget.characters import lift
 from retarget.characters.backdrop import is_color
-from retarget.characters.meshfiles import MODELS
-from retarget.characters.target import REST
-
-BEND = "bend"
-BETWEEN = {"rigid": keys.rigid, "straight": keys.straight}
-DEPTHS = {"kept": lift.kept, "even": lift.even, "volume": lift.keeping_volume}
+from retarget.characters.castcheck import BEND as BEND
+from retarget.characters.castcheck import BETWEEN as BETWEEN
+from retarget.characters.castcheck import DEPTHS as DEPTHS
+from retarget.characters.castcheck import checked
 
 
 @dataclass(frozen=True)
@@ -99,6 +109,34 @@ class CastPart:
 
 
 @dataclass(frozen=True)
+class CastLimb:
+    """Where a part is on a body's one drawing."""
+
+    name: str
+    line: tuple[tuple[float, float], ...] = ()
+    region: tuple[tuple[float, float], ...] = ()
+    pivot: tuple[float, float] | None = None
+    elements: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class CastBody:
+    """One drawing that plays several parts; all of the motion's without any."""
+
+    drawing: str
+    parts: tuple[CastLimb, ...] = ()
+    between: str = "rigid"
+    height: float = 1.0
+    seam: float | None = None
+    frame: int | None = None
+    turned: bool = False
+    box: tuple[float, float, float, float] | None = None
+    plane: str | tuple[float, float, float] = "xy"
+    depth: str = "kept"
+    order: int | None = None
+
+
+@dataclass(frozen=True)
 class CastKeep:
     """A point of a part that stays in a place."""
 
@@ -120,6 +158,7 @@ class Cast:
     ground: bool = True
     follow: tuple[tuple[float, float], ...] = ()
     keep: tuple[CastKeep, ...] = ()
+    bodies: tuple[CastBody, ...] = ()
 
 
 def read_cast(path: str | Path) -> Cast:
@@ -136,7 +175,7 @@ def read_cast(path: str | Path) -> Cast:
         raise InputError(f"{path} must be a *.cast.toml that names parts and drawings: {error}") from None
     try:
         _refuse_unknown(stored)
-        return _checked(replace(cast, folder=path.parent))
+        return checked(replace(cast, folder=path.parent))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -185,6 +224,8 @@ def write_cast(cast: Cast, path: str | Path) -> None:
                 turns = (f"{_text(name)} = {_numbers(turn)}" for name, turn in key.joints.items())
                 lines.append(f"joints = {{ {', '.join(turns)} }}")
         lines.append("")
+    for body in cast.bodies:
+        lines += _body_lines(body, _from(path, cast, body.drawing))
     for keep in cast.keep:
         lines += _keep_lines(keep)
     with written_beside(path) as temporary:
@@ -201,70 +242,36 @@ def _keep_lines(keep: CastKeep) -> list[str]:
     return [*lines, f"stretch = {float(keep.stretch)!r}", ""]
 
 
-def _checked(cast: Cast) -> Cast:
-    if cast.follow and (len(cast.follow) < 2 or not np.isfinite(cast.follow).all()):
-        raise InputError(f"follow must be a path of 2 or more points [x, y] of the stage, it has {len(cast.follow)}")
-    for keep in cast.keep:
-        _check_keep(keep, cast)
-    for part in cast.parts:
-        if part.between not in (*BETWEEN, BEND):
-            known = ", ".join((*BETWEEN, BEND))
-            raise InputError(f"part {part.name!r}: between must be one of {known}, it is {part.between!r}")
-        if part.depth not in DEPTHS:
-            raise InputError(f"part {part.name!r}: depth must be one of {', '.join(DEPTHS)}, it is {part.depth!r}")
-        _check_space(part)
-        if not 0 < part.height < np.inf:
-            raise InputError(f"part {part.name!r}: height must be above 0, times the source's, it is {part.height}")
-        for key in part.keys or (CastKey(REST),):
-            if not (key.drawing or part.drawing):
-                whose = f"key {key.name!r} of part {part.name!r}" if part.keys else f"part {part.name!r}"
-                raise InputError(f'{whose} must have a drawing, it has none: add drawing = "file.svg"')
-    return cast
+def _body_lines(body: CastBody, drawing: str) -> list[str]:
+    lines = ["[[bodies]]", f"drawing = {_text(drawing)}"]
+    for one in fields(CastBody):
+        value = getattr(body, one.name)
+        if one.name not in ("drawing", "parts") and value != one.default:
+            lines.append(f"{one.name} = {_value(value)}")
+    for limb in body.parts:
+        lines += ["", "[[bodies.parts]]", f"name = {_text(limb.name)}"]
+        lines += [f"line = [{', '.join(map(_numbers, limb.line))}]"] if limb.line else []
+        lines += [f"region = [{', '.join(map(_numbers, limb.region))}]"] if limb.region else []
+        lines += [f"pivot = {_numbers(limb.pivot)}"] if limb.pivot is not None else []
+        lines += [f"elements = [{', '.join(map(_text, limb.elements))}]"] if limb.elements else []
+    return [*lines, ""]
 
 
-def _check_keep(keep: CastKeep, cast: Cast) -> None:
-    played = [part.name for part in cast.parts]
-    said = f"keep of part {keep.part!r}"
-    if keep.part not in played:
-        raise InputError(f"{said}: the part must be one that is played, name one of {', '.join(played) or 'none'}")
-    if keep.frames is not None and not 0 <= keep.frames[0] <= keep.frames[1]:
-        raise InputError(f"{said}: frames must be the first and the last, from 0, they are {list(keep.frames)}")
-    if keep.at is not None and keep.frames is None:
-        raise InputError(f"{said}: a place needs the frames in which it is kept: add frames = [first, last]")
-    if len(keep.point) not in (0, 2, 3) or not np.isfinite([*keep.point, *(keep.at or ())]).all():
-        raise InputError(f"{said}: point and at must be [x, y], or a point [x, y, z] of a model, in finite numbers")
-    if keep.bend is not None and len(keep.bend) not in (0, 2):
-        raise InputError(
-            f"{said}: bend must name two parts, the thigh and the shin, or none, it names {len(keep.bend)}"
-        )
-    if not 0 <= keep.stretch < np.inf:
-        raise InputError(f"{said}: stretch must be 0 or more, a share of the leg's length, it is {keep.stretch}")
-
-
-def _check_space(part: CastPart) -> None:
-    """Fields that only a model has, and a pivot of as many numbers as the drawing has directions."""
-    files = [key.drawing or part.drawing for key in part.keys] or [part.drawing]
-    solid = any(Path(file).suffix.lower() in (*MODELS, ".bvh") for file in files)
-    if part.pivot is not None and len(part.pivot) != (3 if solid else 2):
-        wanted = "[x, y, z] in a model" if solid else "[x, y] in a drawing"
-        raise InputError(f"part {part.name!r}: pivot must be {wanted}, it is {_numbers(part.pivot)}")
-    if part.carried and (not solid or part.keys):
-        raise InputError(
-            f"part {part.name!r}: carried is for a model without keys: give the part one model as its drawing"
-        )
-    if not solid and (part.plane != "xy" or part.depth != "kept" or part.distance is not None):
-        raise InputError(
-            f"part {part.name!r}: plane, depth and distance are for models, its drawing is none: leave them"
-        )
-    if part.distance is not None and not 1 < part.distance < np.inf:
-        raise InputError(f"part {part.name!r}: distance must be above 1, times the model's size, it is {part.distance}")
-    lift.view(part.plane)  # refuses a plane that is none
+def _value(value: str | bool | int | float | Sequence[float]) -> str:
+    """A plain value as TOML has it."""
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value) if isinstance(value, (int, float)) else _numbers(value)
 
 
 def _refuse_unknown(stored: dict[str, Any]) -> None:
     """Fields that are none are typing slips and would be passed over silently."""
     keeps = stored.get("keep", [])
     levels = [(Cast, stored), *((CastKeep, keep) for keep in keeps if isinstance(keeps, list))]
+    for body in stored.get("bodies", []):
+        levels += [(CastBody, body), *((CastLimb, limb) for limb in body.get("parts", []))]
     parts = stored.get("parts", [])
     for part in parts if isinstance(parts, list) else []:
         levels.append((CastPart, part))

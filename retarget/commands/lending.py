@@ -64,6 +64,7 @@ def retarget(
     from retarget.characters import cast as casting
     from retarget.characters import castfile
     from retarget.characters.backdrop import read_background
+    from retarget.characters.target import parts_of
     from retarget.export import formats
     from retarget.stage import composite, draw2d, plate
     from retarget.stage.direct import direct
@@ -91,7 +92,7 @@ def retarget(
         actors = casting.targets(chosen, captured)
         performance, slid = direct(perform(captured, actors), chosen, captured)
     tell(note for actor in actors for note in getattr(actor, "notes", ()))
-    parts = ", ".join(part.name for part in chosen.parts)
+    parts = ", ".join(part for actor in actors for part in parts_of(actor))
     feet = f"; {slid}" if slid is not None and max(slid.before, slid.after) >= 0.05 else ""
     said = f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new"
     if bodies := formats.bodies(out):

@@ -9,6 +9,7 @@ from capture.errors import InputError
 from capture.motion import triangulate
 from capture.motion.tracks import CartoonMotion
 from retarget.characters.castfile import Cast, CastKeep
+from retarget.characters.target import parts_of
 from retarget.stage import legs, staging
 from retarget.stage.legs import Leg
 from retarget.stage.perform import Performance, Role
@@ -55,6 +56,7 @@ def direct(performance: Performance, cast: Cast, motion: CartoonMotion) -> tuple
 def ordered(performance: Performance, cast: Cast) -> Performance:
     """The performance with whoever has an order in the cast at that place in the pile, in every frame."""
     told = {part.name: part.order for part in cast.parts if part.order is not None}
+    told |= {body.drawing: body.order for body in cast.bodies if body.order is not None}
     roles = [
         replace(role, order=np.full_like(role.order, told[role.target.part])) if role.target.part in told else role
         for role in performance.roles
@@ -82,14 +84,15 @@ def stays_of(performance: Performance, keep: CastKeep, motion: CartoonMotion) ->
     place = None if keep.at is None else np.array(keep.at, float)
     stays = []
     for start, stop in spans:
-        points, shares = _point(role, keep) if keep.point else _lowest(role, start, stop)
+        points, shares = _point(role, keep) if keep.point else _lowest(role, keep.part, start, stop)
         stays.append(Stay(keep.part, start, stop, points, place, shares))
     return stays
 
 
 def slid(before: Performance, after: Performance, stays: list[Stay], motion: CartoonMotion) -> Slid | None:
     """How far the worst foot slides in both: of those in contact with the source's ground, and of those kept."""
-    contacts = [one for one in staging.contacts(motion) if _plays(before, one.part)]
+    played = {part for role in before.roles for part in parts_of(role.target)}
+    contacts = [one for one in staging.contacts(motion) if one.part in played]
     if not contacts and not stays:
         return None
     worst = []
@@ -105,20 +108,20 @@ def slid(before: Performance, after: Performance, stays: list[Stay], motion: Car
 def _leg(performance: Performance, keep: CastKeep, motion: CartoonMotion) -> Leg | None:
     """The leg that bends for what is kept; None where the whole figure moves."""
     leg = None if keep.bend == () else legs.leg_of(motion, keep.part, keep.bend)
-    if leg is None or all(_plays(performance, bones[0]) for bones in (leg.upper, leg.lower)):
+    alone = {role.target.part for role in performance.roles if len(parts_of(role.target)) == 1}
+    if leg is None or {leg.upper[0], leg.lower[0], keep.part} <= alone:
         return leg
     if keep.bend is None:
         return None
-    raise InputError(f"keep of part {keep.part!r}: parts that bend must be played, {' and '.join(keep.bend)} are not")
+    raise InputError(
+        f"keep of part {keep.part!r}: parts that bend must each be played by a drawing of their own, "
+        f"{' and '.join(keep.bend)} are not: leave bend out, or cast them"
+    )
 
 
-def _plays(performance: Performance, part: str) -> bool:
-    return any(role.target.part == part for role in performance.roles)
-
-
-def _lowest(role: Role, start: int, stop: int) -> tuple[NDArray, NDArray]:
-    shares = staging.sole(role.mesh()[start:stop])
-    return np.arange(len(shares)), shares
+def _lowest(role: Role, part: str, start: int, stop: int) -> tuple[NDArray, NDArray]:
+    points = role.of(part)
+    return points, staging.sole(role.mesh()[start:stop, points])
 
 
 def _point(role: Role, keep: CastKeep) -> tuple[NDArray, NDArray]:

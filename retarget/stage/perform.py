@@ -15,8 +15,11 @@ from capture.errors import InputError
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, Track, total_affine
 from retarget.characters import lift
+from retarget.characters.body import Body
+from retarget.characters.places import box_of, foot_of, onto
 from retarget.characters.puppet import Puppet
-from retarget.characters.target import REST, Target
+from retarget.characters.target import REST, Target, parts_of
+from retarget.stage import together
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +39,13 @@ class Role:
     def mesh(self) -> NDArray:
         """Where the target's mesh is in every frame (T, N, 2 or 3)."""
         return self.points[:, : self.target.keys.points.shape[1]]
+
+    def of(self, part: str) -> NDArray:
+        """The mesh's points (n,) that are the part's more than any other's; all where the target plays one part."""
+        count = self.target.keys.points.shape[1]
+        if not isinstance(self.target, Body):
+            return np.arange(count)
+        return np.flatnonzero(self.target.shares[:count].argmax(axis=1) == self.target.parts.index(part))
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,17 +72,23 @@ def perform(motion: CartoonMotion, targets: Iterable[Target]) -> Performance:
     if motion.space != "pixels, y down":
         raise InputError(f"a drawing needs a motion in pixels, y down, this one is in {motion.space}: project it first")
     targets = list(targets)
-    played = {target.part: target for target in targets}
-    if len(played) < len(targets):
+    played = {part: target for target in targets for part in parts_of(target)}
+    if len(played) < sum(len(parts_of(target)) for target in targets):
         raise InputError("a part must be played by one target only: name each part once in the cast")
     for target in targets:
-        _check_keys(motion.track(target.part), target)
+        if isinstance(target, Body):
+            together.check(motion, target)
+        else:
+            _check_keys(motion.track(target.part), target)
     stands = standing(motion, played)
     scaled = tuple(_travelling(track, played.get(track.part)) for track in motion.tracks)
     lent = replace(motion, tracks=scaled)
     pivots = {track.part: _pivot(track, played.get(track.part), motion, stands) for track in motion.tracks}
     in_order = sorted(targets, key=lambda target: [track.part for track in motion.tracks].index(target.part))
-    roles = tuple(_role(lent, target, pivots, stands) for target in in_order)
+    roles = tuple(
+        _body(motion, target) if isinstance(target, Body) else _role(lent, target, pivots, stands)
+        for target in in_order
+    )
     return Performance(roles, motion.times, motion.fps, motion.size)
 
 
@@ -97,6 +113,18 @@ def _role(motion: CartoonMotion, target: Target, pivots: dict[str, NDArray], sta
     return Role(target, points, folded, scale, track.visible, track.order, rows, weights, joint)
 
 
+def _body(motion: CartoonMotion, target: Body) -> Role:
+    """The role of a body: its first part's weights are those its paint is mixed by, and its place in the pile."""
+    points, scale, joint = together.together(motion, target)
+    first, played = motion.track(target.part), [motion.track(part) for part in target.parts]
+    rest = target.keys.names == (REST,)
+    rows = np.zeros((1, 3)) if rest else first.rows
+    weights = np.ones((len(first), 1)) if rest else first.weights
+    folded = weights if rest else first.key_weights()
+    visible = np.any([track.visible for track in played], axis=0)
+    return Role(target, points, folded, scale, visible, first.order, rows, weights, joint)
+
+
 def _key_rows(count: int) -> NDArray:
     """Rows (K, 3) of the keys themselves."""
     return np.stack([np.arange(count), np.arange(count), np.zeros(count)], axis=-1)
@@ -104,12 +132,7 @@ def _key_rows(count: int) -> NDArray:
 
 def placement(motion: CartoonMotion, target: Target) -> NDArray:
     """The similarity (2, 3) that stands the target's key 0 on the source's: as tall, on the same ground."""
-    here, there = target.box, _box(motion, target.part)
-    # a source as flat as a line has no height to go by
-    axis = 1 if there[1, 1] - there[0, 1] > 1e-3 * (there[1, 0] - there[0, 0]) else 0
-    scale = (there[1, axis] - there[0, axis]) / (here[1, axis] - here[0, axis])
-    linear = scale * np.eye(2)
-    return np.column_stack([linear, _foot(there) - linear @ _foot(here)])
+    return onto(target.box, _box(motion, target.part))
 
 
 def standing(motion: CartoonMotion, played: dict[str, Target]) -> dict[str, NDArray]:
@@ -123,7 +146,7 @@ def standing(motion: CartoonMotion, played: dict[str, Target]) -> dict[str, NDAr
     def of(track: Track) -> NDArray:
         if track.part not in maps:
             height = _height(played.get(track.part))
-            fixed = track.pivot if track.parent else _foot(_box(motion, track.part))
+            fixed = track.pivot if track.parent else foot_of(_box(motion, track.part))
             goal = affine.apply(of(motion.track(track.parent)), fixed[None])[0] if track.parent else fixed
             maps[track.part] = np.column_stack([height * np.eye(2), goal - height * fixed])
         return maps[track.part]
@@ -158,12 +181,7 @@ def _pivot(track: Track, target: Target | None, motion: CartoonMotion, stands: d
 def _box(motion: CartoonMotion, part: str) -> NDArray:
     """Least and greatest corner (2, 2) of the source's key 0."""
     keyset = motion.keyset(part)
-    outline = keyset.points[0, keyset.outline]
-    return np.stack([outline.min(axis=0), outline.max(axis=0)])
-
-
-def _foot(box: NDArray) -> NDArray:
-    return np.array([box[:, 0].mean(), box[1, 1]])
+    return box_of(keyset.points[0, keyset.outline])
 
 
 def _check_keys(track: Track, target: Target) -> None:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.motion.tracks import CartoonMotion
+from retarget.characters.target import parts_of
 from retarget.stage import offsets
 from retarget.stage.perform import Performance, Role
 
@@ -191,7 +192,7 @@ def contacts(motion: CartoonMotion, level: float | None = None) -> tuple[Contact
 
 def slide(performance: Performance, contact: Contact) -> float:
     """How far, in pixels, the new character's foot goes astray of the source's during a contact."""
-    part = [role for role in performance.roles if role.target.part == contact.part]
+    part = [role for role in performance.roles if contact.part in parts_of(role.target)]
     if not part:
         return 0.0
     return float(np.ptp(_path(part[0], contact)))
@@ -199,7 +200,7 @@ def slide(performance: Performance, contact: Contact) -> float:
 
 def _path(role: Role, contact: Contact) -> NDArray:
     """The way (n,) that the role's foot must be moved along the ground to go with the source's."""
-    mesh = role.mesh()[contact.start : contact.stop]
+    mesh = role.mesh()[contact.start : contact.stop, role.of(contact.part)]
     own = mesh[..., 0] @ sole(mesh)
     return role.target.height * (contact.way - contact.way[0]) - (own - own[0])
 
@@ -215,7 +216,7 @@ def sole(points: NDArray) -> NDArray:
 
 
 def _followed(performance: Performance, contact: Contact, drawing: NDArray) -> offsets.Path:
-    roles = [role for role in performance.roles if role.target.part == contact.part]
+    roles = [role for role in performance.roles if contact.part in parts_of(role.target)]
     if not roles:
         return np.zeros(0, int), np.zeros(0)
     path = _path(roles[0], contact)
@@ -278,7 +279,7 @@ def _source_low(motion: CartoonMotion, parts: Sequence[str]) -> NDArray:
 
 
 def _lowest(performance: Performance, motion: CartoonMotion, frames: NDArray) -> NDArray:
-    return _source_low(motion, [role.target.part for role in performance.roles])[frames]
+    return _source_low(motion, [part for role in performance.roles for part in parts_of(role.target)])[frames]
 
 
 def _deepest(performance: Performance) -> NDArray:
@@ -290,9 +291,9 @@ def _deepest(performance: Performance) -> NDArray:
 
 def role_of(performance: Performance, part: str) -> Role:
     for role in performance.roles:
-        if role.target.part == part:
+        if part in parts_of(role.target):
             return role
-    played = ", ".join(role.target.part for role in performance.roles)
+    played = ", ".join(part for role in performance.roles for part in parts_of(role.target))
     raise InputError(f"a foot must belong to a part that is played, {part!r} is not: name one of {played}")
 
 
