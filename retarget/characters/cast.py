@@ -30,7 +30,8 @@ DRAWINGS = (".svg", *PICTURES, *MODELS)
 def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) -> Cast:
     """A cast straight from drawings: one file for a part with one key, or a folder or list of files by name.
 
-    One picture, or one 3-D model, can serve all keys of the only part.  Else a file plays the key its stem ends in
+    One picture, or one 3-D model, can serve all keys of the only part, and one drawing whose name says nothing else
+    plays all of several parts as one body.  Else a file plays the key its stem ends in
     (bunny_sit.svg plays sit); with several parts the stem ends in part_key, or in the part alone for one key.
     """
     named = [drawings] if isinstance(drawings, (str, Path)) else list(drawings)
@@ -43,6 +44,8 @@ def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) 
         return Cast((CastPart(track.part, tuple(CastKey(key) for key in track.keys), str(files[0])),))
     if len(motion.tracks) == 1 and len(files) == 1 and files[0].suffix.lower() in MODELS:
         return Cast((_alone(motion.tracks[0], files[0]),))
+    if len(motion.tracks) > 1 and len(files) == 1 and not _endings(files[0], motion):
+        return Cast(bodies=(CastBody(str(files[0])),))
     found: dict[tuple[str, str], Path] = {}
     for file in files:
         role = _role_of(file, motion)
@@ -184,6 +187,23 @@ def _drawings_at(path: Path) -> list[Path]:
 
 def _role_of(file: Path, motion: CartoonMotion) -> tuple[str, str]:
     """The part and key a file's name ends in; the longest ending wins."""
+    endings = _names(motion)
+    fitting = _endings(file, motion)
+    if not fitting:
+        raise InputError(
+            f"a drawing's name must end in what it plays: {file.name} ends in none of {', '.join(endings)}; "
+            "rename it, or write a cast file"
+        )
+    return endings[max(fitting, key=len)]
+
+
+def _endings(file: Path, motion: CartoonMotion) -> list[str]:
+    stem = _plain(file.stem)
+    return [end for end in _names(motion) if f"_{stem}".endswith(f"_{_plain(end)}")]
+
+
+def _names(motion: CartoonMotion) -> dict[str, tuple[str, str]]:
+    """What a file's name may end in, and the part and key that it then plays."""
     endings = {}
     for track in motion.tracks:
         for key in track.keys:
@@ -192,14 +212,7 @@ def _role_of(file: Path, motion: CartoonMotion) -> tuple[str, str]:
                 endings[key] = (track.part, key)
         if len(track.keys) == 1:
             endings[track.part] = (track.part, track.keys[0])
-    stem = _plain(file.stem)
-    fitting = [end for end in endings if f"_{stem}".endswith(f"_{_plain(end)}")]
-    if not fitting:
-        raise InputError(
-            f"a drawing's name must end in what it plays: {file.name} ends in none of {', '.join(endings)}; "
-            "rename it, or write a cast file"
-        )
-    return endings[max(fitting, key=len)]
+    return endings
 
 
 def _plain(name: str) -> str:

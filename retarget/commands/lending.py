@@ -35,7 +35,7 @@ def retarget(
         A *.cast.toml that says which drawing plays which key of which part.
     drawing
         Instead of a cast: SVG or PNG files whose names end in the key's name, or a folder of them; or one photograph or
-        one 3-D model (GLB, glTF, OBJ, PLY) that plays all keys.
+        one 3-D model (GLB, glTF, OBJ, PLY) that plays all keys; or one of them for all parts, drawn in their pose.
     background
         A colour, a picture or a clip behind the character; transparent if not given, white in an mp4.  A clip runs at
         its own rate.
@@ -87,7 +87,8 @@ def retarget(
     else:
         chosen = castfile.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
     if box is not None:
-        chosen = replace(chosen, parts=tuple(replace(part, box=box) for part in chosen.parts))
+        parts, bodies = (tuple(replace(one, box=box) for one in ones) for ones in (chosen.parts, chosen.bodies))
+        chosen = replace(chosen, parts=parts, bodies=bodies)
     with working("learning the drawings"):
         actors = casting.targets(chosen, captured)
         performance, slid = direct(perform(captured, actors), chosen, captured)
@@ -95,9 +96,9 @@ def retarget(
     parts = ", ".join(part for actor in actors for part in parts_of(actor))
     feet = f"; {slid}" if slid is not None and max(slid.before, slid.after) >= 0.05 else ""
     said = f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new"
-    if bodies := formats.bodies(out):
+    if write := formats.bodies(out):
         with working("meshing the drawings"):
-            bodies(performance, out)
+            write(performance, out)
         return f"{said} bodies play {parts}{feet}"
     drawings = formats.drawings(out)
     if drawings and (into is not None or any((soften, match, shadow))):

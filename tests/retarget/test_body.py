@@ -10,7 +10,7 @@ from capture.errors import InputError
 from capture.motion import affine, keys, parts, tracks, triangulate
 from capture.motion.tracks import CartoonMotion, track_of
 from retarget.characters.body import Limb, body
-from retarget.characters.cast import targets
+from retarget.characters.cast import cast_of, targets
 from retarget.characters.castfile import Cast, CastBody, CastLimb, read_cast, write_cast
 from retarget.characters.drawing import outline_drawing
 from retarget.characters.shares import shares_by_lines
@@ -303,6 +303,12 @@ def test_the_command_lets_one_drawing_play_all_parts(tmp_path):
     (tmp_path / "arm.cast.toml").write_text('[[bodies]]\ndrawing = "arm.svg"\n')
     said = retarget(tmp_path / "arm.motion.json", tmp_path / "out.svg", cast=tmp_path / "arm.cast.toml")
     assert "new drawings play upper, lower" in said
+    again = retarget(tmp_path / "arm.motion.json", tmp_path / "again.svg", drawing=(tmp_path / "arm.svg",))
+    assert again.replace("again", "out") == said
+    assert (tmp_path / "again.svg").read_bytes() == (tmp_path / "out.svg").read_bytes()
+    assert cast_of(tmp_path / "arm.svg", bending()).bodies[0].parts == ()
+    (tmp_path / "lower.svg").write_text(ARM)
+    assert cast_of(tmp_path / "lower.svg", bending()).parts[0].name == "lower"  # its name says so
 
 
 def _strip():
