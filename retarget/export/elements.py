@@ -91,6 +91,7 @@ def one_frame(performance: Performance, t: int) -> Performance:
             order=role.order[one],
             mixed=role.mixed[one],
             joint=role.joint[one],
+            limbs=None,
         )
         for role in performance.roles
     )

@@ -108,15 +108,12 @@ def slid(before: Performance, after: Performance, stays: list[Stay], motion: Car
 def _leg(performance: Performance, keep: CastKeep, motion: CartoonMotion) -> Leg | None:
     """The leg that bends for what is kept; None where the whole figure moves."""
     leg = None if keep.bend == () else legs.leg_of(motion, keep.part, keep.bend)
-    alone = {role.target.part for role in performance.roles if len(parts_of(role.target)) == 1}
-    if leg is None or {leg.upper[0], leg.lower[0], keep.part} <= alone:
+    played = {part for role in performance.roles for part in parts_of(role.target)}
+    if leg is None or {leg.upper[0], leg.lower[0]} <= played:
         return leg
     if keep.bend is None:
         return None
-    raise InputError(
-        f"keep of part {keep.part!r}: parts that bend must each be played by a drawing of their own, "
-        f"{' and '.join(keep.bend)} are not: leave bend out, or cast them"
-    )
+    raise InputError(f"keep of part {keep.part!r}: parts that bend must be played, {' and '.join(keep.bend)} are not")
 
 
 def _lowest(role: Role, part: str, start: int, stop: int) -> tuple[NDArray, NDArray]:

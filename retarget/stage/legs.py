@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion
-from retarget.stage.perform import Performance, Role
+from retarget.characters.target import parts_of
+from retarget.stage.perform import Performance
 from retarget.stage.staging import Stay, demanded, foot_of, role_of
 
 GIVES = 0.1
@@ -84,14 +85,14 @@ def bend(
     offset = demanded(performance.times, stays, feet, half_life, drawing)
     if not np.abs(offset).any():
         return performance
-    hip, knee = (role_of(performance, parts[0]).joint for parts in (leg.upper, leg.lower))
-    foot = role_of(performance, leg.foot[0]).joint if leg.foot else _in_turn(stays, feet)
+    hip, knee = (role_of(performance, parts[0]).joint_of(parts[0]) for parts in (leg.upper, leg.lower))
+    foot = role_of(performance, leg.foot[0]).joint_of(leg.foot[0]) if leg.foot else _in_turn(stays, feet)
     upper, lower, ankle = two_bones(hip, knee, foot, foot + offset, stretch)
     along = np.tile(affine.identity(), (len(foot), 1, 1))
     along[..., 2] = ankle - foot
     maps = {**dict.fromkeys(leg.upper, upper), **dict.fromkeys(leg.lower, lower), **dict.fromkeys(leg.foot, along)}
-    roles = tuple(_moved(role, maps.get(role.target.part)) for role in performance.roles)
-    return replace(performance, roles=roles)
+    roles = [role.after(maps) if set(parts_of(role.target)) & set(maps) else role for role in performance.roles]
+    return replace(performance, roles=tuple(roles))
 
 
 def two_bones(
@@ -165,11 +166,3 @@ def _turn(angle: NDArray) -> NDArray:
 def _about(linear: NDArray, here: NDArray, there: NDArray) -> NDArray:
     """The maps (T, 2, 3) that do `linear` about `here` (T, 2) and bring that point `there`."""
     return np.concatenate([linear, (there - (linear @ here[..., None])[..., 0])[..., None]], axis=-1)
-
-
-def _moved(role: Role, maps: NDArray | None) -> Role:
-    if maps is None:
-        return role
-    points = role.points.copy()
-    points[..., :2] = affine.apply(maps, points[..., :2])
-    return replace(role, points=points, joint=affine.apply(maps, role.joint[:, None])[:, 0])

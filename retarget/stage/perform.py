@@ -4,7 +4,7 @@ The affine maps of the target's keys are taken out against its own key 0 (eq. 5)
 with the captured weights, and the captured affine maps are put back about the target's own pivots.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,6 +20,7 @@ from retarget.characters.places import box_of, foot_of, onto
 from retarget.characters.puppet import Puppet
 from retarget.characters.target import REST, Target, parts_of
 from retarget.stage import together
+from retarget.stage.together import Limbs
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +36,7 @@ class Role:
     rows: NDArray  # (D, 3) the in-betweens that were mixed ...
     mixed: NDArray  # (T, D) ... and by which weights: exporters of shapes lend these on
     joint: NDArray  # (T, 2) where on the stage its pivot is: there it hangs on its parent
+    limbs: Limbs | None = None  # of a body that plays several parts
 
     def mesh(self) -> NDArray:
         """Where the target's mesh is in every frame (T, N, 2 or 3)."""
@@ -46,6 +48,22 @@ class Role:
         if not isinstance(self.target, Body):
             return np.arange(count)
         return np.flatnonzero(self.target.shares[:count].argmax(axis=1) == self.target.parts.index(part))
+
+    def joint_of(self, part: str) -> NDArray:
+        """Where on the stage (T, 2) the part hangs on its parent."""
+        return self.joint if self.limbs is None else self.limbs.joints[self.target.parts.index(part)]
+
+    def after(self, maps: Mapping[str, NDArray]) -> "Role":
+        """The role with its parts moved further by maps of the plane (T, 2, 3), by their names."""
+        still = np.tile(affine.identity(), (len(self.points), 1, 1))
+        if self.limbs is not None:
+            limbs = together.moved(self.limbs, np.stack([maps.get(part, still) for part in self.target.parts]))
+            points = together.points_of(limbs, self.target.shares)
+            return replace(self, points=points, joint=limbs.joints[0], limbs=limbs)
+        own = maps.get(self.target.part, still)
+        points = self.points.copy()
+        points[..., :2] = affine.apply(own, points[..., :2])
+        return replace(self, points=points, joint=affine.apply(own, self.joint[:, None])[:, 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,14 +133,15 @@ def _role(motion: CartoonMotion, target: Target, pivots: dict[str, NDArray], sta
 
 def _body(motion: CartoonMotion, target: Body) -> Role:
     """The role of a body: its first part's weights are those its paint is mixed by, and its place in the pile."""
-    points, scale, joint = together.together(motion, target)
+    limbs, scale = together.together(motion, target)
+    points = together.points_of(limbs, target.shares)
     first, played = motion.track(target.part), [motion.track(part) for part in target.parts]
     rest = target.keys.names == (REST,)
     rows = np.zeros((1, 3)) if rest else first.rows
     weights = np.ones((len(first), 1)) if rest else first.weights
     folded = weights if rest else first.key_weights()
     visible = np.any([track.visible for track in played], axis=0)
-    return Role(target, points, folded, scale, visible, first.order, rows, weights, joint)
+    return Role(target, points, folded, scale, visible, first.order, rows, weights, limbs.joints[0], limbs)
 
 
 def _key_rows(count: int) -> NDArray:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion.tracks import CartoonMotion
 from retarget.characters.target import parts_of
-from retarget.stage import offsets
+from retarget.stage import offsets, together
 from retarget.stage.perform import Performance, Role
 
 TOUCHING = 0.025
@@ -142,7 +142,11 @@ def shifted(performance: Performance, offset: NDArray) -> Performance:
     for role in performance.roles:
         points = role.points.copy()
         points[..., :2] += offset[:, None]
-        roles.append(replace(role, points=points, joint=role.joint + offset))
+        limbs = role.limbs
+        if limbs is not None:
+            way = np.concatenate([np.tile(np.eye(2), (len(offset), 1, 1)), offset[..., None]], axis=-1)
+            limbs = together.moved(limbs, np.tile(way, (len(limbs.maps), 1, 1, 1)))
+        roles.append(replace(role, points=points, joint=role.joint + offset, limbs=limbs))
     return replace(performance, roles=tuple(roles))
 
 

@@ -1,6 +1,6 @@
 """One body moved by several parts' tracks, softly where they meet (Bregler et al. 2002, section 3.1.4)."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,20 @@ from retarget.characters.places import box_of, foot_of, from_frame, onto
 from retarget.characters.target import REST
 
 
-def together(motion: CartoonMotion, body: Body) -> tuple[NDArray, float, NDArray]:
-    """Where all points (T, M, 2 or 3) of a body are, stage pixels for its unit, and the first part's joint (T, 2)."""
-    place, scale, maps, joint = _moves(motion, body)
-    rest = body.keys.names == (REST,)
+@dataclass(frozen=True, eq=False)
+class Limbs:
+    """How a body of P parts comes to be where it is: v(t) = sum_p b_p A_p(t) x(t)."""
+
+    shape: NDArray  # (1 or T, M, 2 or 3), x on the stage before anything moves
+    maps: NDArray  # (P, T, d, d + 1)
+    joints: NDArray  # (P, T, 2) where on the stage each part hangs
+
+
+def together(motion: CartoonMotion, body: Body) -> tuple[Limbs, float]:
+    """How a body moves, and stage pixels for its unit."""
+    place, scale, maps, joints = _moves(motion, body)
     own = body.shapes(np.zeros((1, 3)))
-    if rest:
+    if body.keys.names == (REST,):
         shape = own
     else:
         shape = np.zeros((len(motion.times), *own.shape[1:]))
@@ -28,14 +36,24 @@ def together(motion: CartoonMotion, body: Body) -> tuple[NDArray, float, NDArray
             shape += share[:, None] * np.tensordot(track.weights, body.shapes(track.rows), axes=1)
     if shape.shape[-1] == 3:
         place = affine.compose(lift.lifted(place, scale), body.inner.view)
-        maps = [lift.lifted(one, body.inner.depth(one)) for one in maps]
-    shape = affine.apply(place, shape)
-    points = sum(share[:, None] * affine.apply(one, shape) for share, one in zip(body.shares.T, maps, strict=True))
-    return points, scale, joint
+        maps = lift.lifted(maps, body.inner.depth(maps))
+    return Limbs(affine.apply(place, shape), maps, joints), scale
 
 
-def _moves(motion: CartoonMotion, body: Body) -> tuple[NDArray, float, list[NDArray], NDArray]:
-    """From the drawing to the stage (2, 3), its scale, what then moves each part (T, 2, 3), and the first's joint."""
+def points_of(limbs: Limbs, shares: NDArray) -> NDArray:
+    """Where all points (T, M, 2 or 3) are, with shares (M, P)."""
+    return sum(share[:, None] * affine.apply(one, limbs.shape) for share, one in zip(shares.T, limbs.maps, strict=True))
+
+
+def moved(limbs: Limbs, after: NDArray) -> Limbs:
+    """The limbs with maps of the plane (P, T, 2, 3) done to each part afterwards."""
+    space = after if limbs.maps.shape[-1] == 3 else lift.lifted(after, np.ones(after.shape[:-2]))
+    joints = affine.apply(after, limbs.joints[..., None, :])[..., 0, :]
+    return replace(limbs, maps=affine.compose(space, limbs.maps), joints=joints)
+
+
+def _moves(motion: CartoonMotion, body: Body) -> tuple[NDArray, float, NDArray, NDArray]:
+    """From the drawing to the stage (2, 3), its scale, what then moves each part (P, T, 2, 3), and joints (P, T, 2)."""
     outlines = [motion.outline(part)[body.frame] for part in body.parts]
     there = box_of(np.concatenate(outlines))
     foot, height = foot_of(there), body.height
@@ -53,10 +71,12 @@ def _moves(motion: CartoonMotion, body: Body) -> tuple[NDArray, float, list[NDAr
         linear = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
         turned[part] = np.column_stack([linear, goal - linear @ pivots[part]])
         pivots[part] = goal
-    moves = [affine.compose(total_affine(lent, part, pivots), turned[part]) for part in body.parts]
-    first = body.parts[0]
-    joint = affine.apply(total_affine(lent, first, pivots), pivots[first][None])[:, 0]
-    return place, float(np.hypot(*place[:, 0])), moves, joint
+    totals = np.stack([total_affine(lent, part, pivots) for part in body.parts])
+    joints = np.stack(
+        [affine.apply(one, pivots[part][None])[:, 0] for part, one in zip(body.parts, totals, strict=True)]
+    )
+    maps = affine.compose(totals, np.stack([turned[part] for part in body.parts])[:, None])
+    return place, float(np.hypot(*place[:, 0])), maps, joints
 
 
 def check(motion: CartoonMotion, body: Body) -> None:

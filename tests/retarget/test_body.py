@@ -11,12 +11,12 @@ from capture.motion import affine, keys, parts, tracks, triangulate
 from capture.motion.tracks import CartoonMotion, track_of
 from retarget.characters.body import Limb, body
 from retarget.characters.cast import cast_of, targets
-from retarget.characters.castfile import Cast, CastBody, CastLimb, read_cast, write_cast
+from retarget.characters.castfile import Cast, CastBody, CastKeep, CastLimb, read_cast, write_cast
 from retarget.characters.drawing import outline_drawing
 from retarget.characters.shares import shares_by_lines
 from retarget.commands.lending import retarget
 from retarget.stage import staging
-from retarget.stage.direct import direct
+from retarget.stage.direct import direct, stays_of
 from retarget.stage.draw2d import draw
 from retarget.stage.perform import perform
 
@@ -230,6 +230,40 @@ def test_a_body_on_the_ground_stands_and_its_feet_are_those_of_its_parts():
     stay = staging.Stay("lower", 2, 5, performance.roles[0].of("lower")[:3])
     foot = staging.foot_of(staging.keep(performance, [stay]), stay)
     assert np.ptp(foot[2:5], axis=0).max() < 1e-9
+
+
+def test_a_leg_of_a_body_bends_for_its_foot_and_its_seams_hold():
+    """A figure of trunk, thigh and shin in one drawing glides to the right; its sole stays, the trunk goes on."""
+    outlines = {"trunk": box(80, 20, 120, 80), "thigh": box(85, 80, 115, 140), "shin": box(85, 140, 115, 200)}
+    maps = {
+        part: turns(np.append(0.0, np.full(11, angle)))
+        for part, angle in (("trunk", 0.0), ("thigh", -0.4), ("shin", 0.8))
+    }
+    maps["trunk"][:, 0, 2] = 3.0 * np.arange(12)
+    pivots = {part: np.array([100.0, y]) for part, y in (("trunk", 80), ("thigh", 80), ("shin", 140))}
+    motion = motion_of(outlines, maps, pivots, {"thigh": "trunk", "shin": "thigh"})
+    ring = keys.keyset(("rest",), box(85, 20, 115, 200)[None], spacing=6)
+    whole = outline_drawing("figure", ring, RED)
+    lines = {
+        part: Limb(line=np.array([[100.0, y], [100, end]]))
+        for part, y, end in (("trunk", 78, 25), ("thigh", 82, 136), ("shin", 142, 195))
+    }
+    made = body(whole, motion, lines, seam=32.0)  # drawn as in frame 0, straight
+    performance = perform(motion, [made])
+    shift = staging.shifted(performance, np.tile([5.0, -2.0], (12, 1)))  # the joints go along
+    told = CastKeep("shin", (4, 8))
+    bent, slid = direct(shift, Cast(bodies=(CastBody("a.svg"),), keep=(told,), ground=False), motion)
+    before, after = shift.roles[0].mesh(), bent.roles[0].mesh()
+    sole = (ring.points[0, :, 1] > 198) & (made.shares[: len(ring.points[0]), 2] > 1 - 1e-12)
+    foot = after[:, sole].mean(axis=1)
+    (stay,) = stays_of(shift, told, motion)
+    slides = [np.ptp(staging.foot_of(played, stay)[4:9], axis=0).max() for played in (shift, bent)]
+    assert slides[0] == pytest.approx(12) == slid.before and slides[1] < 1e-9
+    assert np.ptp(foot[4:9], axis=0).max() < 4  # it rolls
+    trunk = made.shares[: len(ring.points[0]), 0] > 1 - 1e-12
+    np.testing.assert_allclose(after[:, trunk], before[:, trunk], atol=1e-9)
+    doubled = areas(after, ring.faces)
+    assert (doubled * np.sign(areas(ring.points[0], ring.faces)) > 0).all()
 
 
 def test_pictures_and_models_are_bodies_too(tmp_path):

@@ -135,7 +135,7 @@ def test_keeps_that_cannot_be_are_refused():
         with pytest.raises(InputError, match=said):
             direct(performance, cast(keep), motion)
     fewer = perform(motion, [outline_drawing("shin", motion.keyset("shin"), RED)])
-    with pytest.raises(InputError, match="a drawing of their own, thigh and shin are not"):
+    with pytest.raises(InputError, match="parts that bend must be played, thigh and shin are not"):
         direct(fewer, cast(CastKeep("shin", (3, 4), bend=("thigh", "shin"))), motion)
     _, slid = direct(fewer, cast(CastKeep("shin", (3, 6))), motion)  # alone it is moved as a whole
     assert slid.after < 1e-6
