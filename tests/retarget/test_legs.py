@@ -11,6 +11,7 @@ from capture.errors import InputError
 from capture.motion import affine, keys
 from capture.motion.tracks import CartoonMotion, track_of
 from retarget.characters.drawing import outline_drawing
+from retarget.characters.mesh import read_mesh
 from retarget.stage import legs, staging
 from retarget.stage.perform import perform
 
@@ -163,6 +164,25 @@ def test_a_foot_that_stays_already_changes_nothing():
     foot = role(before, "foot").joint
     for maps in legs.two_bones(hip, knee, foot, foot)[:2]:
         np.testing.assert_allclose(maps, np.tile(np.eye(2, 3), (FRAMES, 1, 1)), atol=1e-9)
+
+
+def test_legs_of_models_bend_in_the_plane_they_are_seen_in(tmp_path):
+    motion = walking()
+    actors = [outline_drawing(name, motion.keyset(name), RED) for name in BODY if name not in ("thigh", "shin")]
+    for name in ("thigh", "shin"):  # boards that are as wide and tall as the part, and lean to the viewer
+        width, height = np.ptp(motion.keyset(name).points[0], axis=0)
+        corners = [(0, 0, 0), (width, 0, 0), (width, height, 7), (0, height, 7)]
+        (tmp_path / f"{name}.obj").write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "f 1 2 3\nf 1 3 4\n")
+        actors.append(read_mesh(name, ("rest",), [tmp_path / f"{name}.obj"]))
+    before = perform(motion, actors)
+    stay = staging.Stay("shin", 8, 14, np.array([0]))
+    after = legs.bend(before, legs.leg_of(motion, "shin"), [stay])
+    assert np.ptp(staging.foot_of(before, stay)[8:14], axis=0).max() > 10
+    assert np.ptp(staging.foot_of(after, stay)[8:14], axis=0).max() < 1e-9
+    for part in ("thigh", "shin"):
+        one, other = role(before, part).points, role(after, part).points
+        np.testing.assert_array_equal(one[..., 2], other[..., 2])
+        np.testing.assert_allclose(edges(one), edges(other), atol=1e-9)
 
 
 def test_a_held_drawing_stays_held():
