@@ -49,6 +49,8 @@ One drawing, photograph or model can play several parts, or all of them, and ben
     pivot = [90, 120]                    # where it turns, if there is no line; the source's without it
     elements = ["arm", "hand"]           # ids in an SVG: elements and groups that are all this part, and cross others
 
+A body has between, box, plane, depth and order as a part has.  Its drawing is one, so it has no keys.
+
 What is to stay in a place says so, and all but the part can be left out:
 
     [[keep]]

@@ -27,7 +27,9 @@ UPPER, LOWER, ELBOW = (80, 60, 120, 120), (80, 120, 120, 200), np.array([100.0, 
 
 def box(x0, y0, x1, y1):
     """A box's outline (B, 2), a point every five pixels or so."""
-    return triangulate.resample(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], float), (x1 - x0 + y1 - y0) * 2 // 5)
+    return triangulate.resample(
+        np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], float), int(x1 - x0 + y1 - y0) * 2 // 5
+    )
 
 
 def turns(angles):
@@ -283,6 +285,24 @@ def test_pictures_and_models_are_bodies_too(tmp_path):
         end[2] = [130, 80]  # the upper part has moved by 30
         assert all(last[round(y), round(x)] == 1 for x, y in end)
         assert last.sum() == pytest.approx(first.sum(), rel=0.06)
+
+
+def test_an_arm_that_swings_before_its_body_in_one_picture_leaves_no_rim_of_nothing(tmp_path):
+    pixels = np.zeros((240, 240, 4), np.uint8)
+    pixels[40:200, 60:140] = (60, 60, 200, 255)  # a trunk
+    pixels[60:85, 140:200] = (200, 60, 60, 255)  # and an arm to its right
+    Image.fromarray(pixels).save(tmp_path / "figure.png")
+    maps = {"trunk": turns(np.zeros(2)), "arm": turns(np.array([0.0, 1.9]))}
+    pivots = {"trunk": np.array([100.0, 200]), "arm": np.array([140.0, 72])}
+    outlines = {"trunk": box(59.5, 39.5, 139.5, 199.5), "arm": box(139.5, 59.5, 199.5, 84.5)}
+    motion = motion_of(outlines, maps, pivots, {"arm": "trunk"})
+    (made,) = targets(Cast(bodies=(CastBody("figure.png", seam=20.0),), folder=tmp_path), motion)
+    assert len(made.layers) == 2
+    inside = (slice(100, 190), slice(70, 130))
+    layered, flat = (draw(perform(motion, [one]), 1)[inside] for one in (made, replace(made, layers=())))
+    red = layered[..., 0] > 130
+    assert 300 < red.sum() < 2000 and layered[..., 3].min() == 255
+    assert flat[..., 3].min() == 0  # as it would be
 
 
 def test_a_body_is_cast_written_and_read_back(tmp_path):
