@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import triangulate
 from capture.motion.tracks import CartoonMotion
+from retarget.characters.body import Body
 from retarget.characters.castfile import Cast, CastKeep
 from retarget.characters.target import parts_of
 from retarget.stage import legs, staging
@@ -56,11 +57,12 @@ def direct(performance: Performance, cast: Cast, motion: CartoonMotion) -> tuple
 def ordered(performance: Performance, cast: Cast) -> Performance:
     """The performance with whoever has an order in the cast at that place in the pile, in every frame."""
     told = {part.name: part.order for part in cast.parts if part.order is not None}
-    told |= {body.drawing: body.order for body in cast.bodies if body.order is not None}
-    roles = [
-        replace(role, order=np.full_like(role.order, told[role.target.part])) if role.target.part in told else role
-        for role in performance.roles
-    ]
+    bodies = {body.drawing: body.order for body in cast.bodies if body.order is not None}
+    roles = []
+    for role in performance.roles:
+        target = role.target
+        order = bodies.get(target.inner.part) if isinstance(target, Body) else told.get(target.part)
+        roles.append(role if order is None else replace(role, order=np.full_like(role.order, order)))
     return replace(performance, roles=tuple(roles))
 
 

@@ -212,6 +212,8 @@ def test_elements_named_are_all_of_their_part_and_the_others_bend(tmp_path):
         np.testing.assert_allclose(last[number].points, affine.apply(lower, first[number].points), atol=1e-6)
     upper = tracks.total_affine(motion, "upper")[-1]
     np.testing.assert_allclose(last[0].points, affine.apply(upper, first[0].points), atol=1e-6)  # all that is left
+    piled, _ = direct(performance, replace(cast, bodies=(replace(cast.bodies[0], order=7),)), motion)
+    assert (piled.roles[0].order == 7).all()
     unknown = replace(cast, bodies=(replace(cast.bodies[0], parts=(CastLimb("upper", elements=("hat",)),)),))
     with pytest.raises(InputError, match="element or group 'hat', it has ids flag, sleeve, watch"):
         targets(unknown, motion)

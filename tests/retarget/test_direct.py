@@ -24,15 +24,15 @@ BODY = {  # what it hangs on, where, and its box
 }
 
 
-def skating(thigh=0.3):
-    """A figure that glides to the right at 3 pixels a frame on a leg that is bent and does not move."""
+def skating(thigh=0.3, speed=3.0):
+    """A figure that glides to the right, by pixels a frame, on a leg that is bent and does not move."""
     t = np.arange(FRAMES)
     found, sets = [], []
     for name, (parent, pivot, (x0, y0, x1, y1)) in BODY.items():
         source = keys.keyset(("rest",), np.array([[[x0, y0], [x1, y0], [x1, y1], [x0, y1]]], float), spacing=8)
         angle = {"thigh": -thigh, "shin": 2 * thigh}.get(name, 0.0)
         maps = np.tile([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0]], (FRAMES, 1, 1))
-        maps[:, 0, 2] = 3.0 * t if name == "torso" else 0
+        maps[:, 0, 2] = speed * t if name == "torso" else 0
         pivot = np.array(pivot, float)
         weights, none = np.ones((FRAMES, 1)), np.zeros(FRAMES)
         found.append(
@@ -98,6 +98,17 @@ def test_two_keeps_of_one_leg_are_both_kept():
     keeps = [CastKeep("shin", (3, 6)), CastKeep("shin", (9, 12))]
     _, slid = direct(played(motion), cast(*keeps), motion)
     assert slid.before == pytest.approx(9) and slid.after < 1e-6
+
+
+def test_a_keep_without_frames_is_while_the_source_is_on_the_ground():
+    motion = skating(speed=2.0)  # slow enough to pass for standing
+    (contact,) = staging.contacts(motion)
+    assert (contact.part, contact.start, contact.stop) == ("shin", 0, FRAMES)
+    after, slid = direct(played(motion), cast(CastKeep("shin", bend=())), motion)
+    assert slid.before == pytest.approx(46) and slid.after < 1e-6
+    np.testing.assert_allclose(
+        mesh(after, "torso"), np.broadcast_to(mesh(after, "torso")[:1], mesh(after, "torso").shape)
+    )
 
 
 def test_an_order_in_the_cast_is_the_place_in_the_pile():
