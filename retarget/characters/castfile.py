@@ -51,6 +51,7 @@ from retarget.characters.target import REST
 
 BEND = "bend"
 BETWEEN = {"rigid": keys.rigid, "straight": keys.straight}
+TALLEST = 1000.0  # times the source's height
 DEPTHS = {"kept": lift.kept, "even": lift.even, "volume": lift.keeping_volume}
 
 
@@ -165,8 +166,15 @@ def _checked(cast: Cast) -> Cast:
         if part.depth not in DEPTHS:
             raise InputError(f"part {part.name!r}: depth must be one of {', '.join(DEPTHS)}, it is {part.depth!r}")
         _check_space(part)
-        if not 0 < part.height < np.inf:
-            raise InputError(f"part {part.name!r}: height must be above 0, times the source's, it is {part.height}")
+        if not 0 < part.height <= TALLEST:
+            raise InputError(
+                f"part {part.name!r}: height must be above 0 and at most {TALLEST:g}, times the source's, it is "
+                f"{part.height}"
+            )
+        for name in ("pivot", "box"):
+            if not np.isfinite(getattr(part, name) or 0.0).all():
+                numbers = _numbers(getattr(part, name))
+                raise InputError(f"part {part.name!r}: {name} must be finite numbers, it is {numbers}")
         for key in part.keys or (CastKey(REST),):
             if not (key.drawing or part.drawing):
                 whose = f"key {key.name!r} of part {part.name!r}" if part.keys else f"part {part.name!r}"

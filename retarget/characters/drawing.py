@@ -37,6 +37,7 @@ class Drawing:
     height: float = 1.0
     pivot: NDArray | None = None
     joints: tuple[limbs.Joint, ...] = ()  # where limbs with a mesh of their own hang on the others
+    notes: tuple[str, ...] = ()  # what a user should be told
 
     def shapes(self, rows: NDArray) -> NDArray:
         """Mesh and control points (D, N + P, 2) for rows (D, 3); leftovers go straight from key to key."""
@@ -73,8 +74,9 @@ def read_drawing(
     part: str, names: tuple[str, ...], files: list[str | Path], between: Inbetweener = keys.rigid
 ) -> Drawing:
     """A character from one SVG file for every key; the files must hold the same elements and commands."""
-    versions = [read_svg(file)[0] for file in files]
-    return drawing(part, names, versions, between, [str(file) for file in files])
+    read = {file: read_svg(file) for file in dict.fromkeys(files)}
+    character = drawing(part, names, [read[file][0] for file in files], between, [str(file) for file in files])
+    return replace(character, notes=tuple(f"{file}: {note}" for file, (_, notes) in read.items() for note in notes))
 
 
 def drawing(
