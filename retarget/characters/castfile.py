@@ -197,6 +197,8 @@ def _check_space(part: CastPart) -> None:
         raise InputError(
             f"part {part.name!r}: plane, depth and distance are for models, its drawing is none: leave them"
         )
+    if part.box is not None and (solid or any(Path(file).suffix.lower() == ".svg" for file in files)):
+        raise InputError(f"part {part.name!r}: box cuts out photographs (PNG, JPG), its drawing is none: leave it out")
     if part.distance is not None and not 1 < part.distance < np.inf:
         raise InputError(f"part {part.name!r}: distance must be above 1, times the model's size, it is {part.distance}")
     lift.view(part.plane)  # refuses a plane that is none

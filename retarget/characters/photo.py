@@ -100,7 +100,7 @@ def cut_out(photo: Photo, box: tuple[float, float, float, float], name: str = "t
     picture = cv2.resize(photo.pixels[..., :3], size, interpolation=cv2.INTER_AREA)
     corners = np.array([box[:2], np.add(box[:2], box[2:])]) * size / photo.size
     low, high = corners
-    if min(box[2:]) <= 0 or (low < -0.5).any() or (high > np.array(size) + 0.5).any():
+    if not (min(box[2:]) > 0 and (low >= -0.5).all() and (high <= np.array(size) + 0.5).all()):  # NaN is in no picture
         raise InputError(
             f"{name}: a box (x, y, width, height) must lie inside the {photo.size[0]} x {photo.size[1]} picture, got "
             f"({', '.join(f'{edge:g}' for edge in box)}): draw it round what is to be cut out"

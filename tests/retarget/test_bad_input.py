@@ -333,7 +333,7 @@ def test_a_picture_that_cannot_be_played_is_refused(lent, tmp_path, content, sai
     ("fields", "said"),
     [
         ("pivot = [nan, 1.0]", "pivot must be finite"),
-        ("box = [inf, 0, 5, 5]", "box must be finite"),
+        ("box = [0, 0, 5, 5]", "box cuts out photographs"),
         ("height = 1e300", "height must be above 0 and at most 1000"),
         ("height = nan", "height must be above 0"),
         ("drawing = 5", "cast.toml"),
@@ -344,6 +344,24 @@ def test_a_cast_of_impossible_numbers_is_refused(lent, tmp_path, worm, fields, s
     text = f'[[parts]]\nname = "egg"\ndrawing = "{worm[0].name}"\n{fields}\n'
     code, told = lent("--cast", written(tmp_path / "a.cast.toml", text))
     assert code == 2 and "a.cast.toml" in told and said in told
+
+
+def test_an_outline_beside_its_picture_or_a_box_of_no_numbers_is_refused(lent, tmp_path):
+    Image.fromarray(disc()).save(tmp_path / "a.png")
+    text = '[[parts]]\nname = "egg"\ndrawing = "a.png"\n[[parts.keys]]\nname = "sit"\n'
+    cast = written(tmp_path / "a.cast.toml", text + "outline = [[900, 900], [990, 900], [990, 990]]\n")
+    code, said = lent("--cast", cast, out="frames")
+    assert code == 2 and "a.png: an outline must lie on its picture of 60 x 60 pixels" in said
+    for box in (("nan", 0, 5, 5), (0, 0, "nan", 5), (0, 0, "inf", 5)):
+        code, said = lent("--drawing", tmp_path / "a.png", "--box", *box, out="frames")
+        assert code == 2 and "must lie inside the 60 x 60 picture" in said
+
+
+@pytest.mark.parametrize("flag", ["--soften", "--match", "--shadow"])
+@pytest.mark.parametrize("value", ["nan", "-1", "inf"])
+def test_flags_of_impossible_numbers_are_refused(lent, worm, flag, value):
+    code, said = lent("--drawing", worm[0], "--background", "white", f"{flag}={value}", out="frames")
+    assert code == 2 and f"{flag[2:]} must lie in 0 to" in said
 
 
 def readable(kind, reader, content, folder):
