@@ -2,7 +2,6 @@
 
 import base64
 import json
-import socket
 import struct
 from time import thread_time
 
@@ -10,48 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from PIL import Image
 
 from capture.errors import InputError
-from capture.motion import tracks
-from retarget.characters import castfile, meshfiles, paths, photo, svg, svgfile
-from retarget.cli import main
+from retarget.characters import castfile, meshfiles, paths, svg, svgfile
 
 NOWHERE = "http://127.0.0.1:9/"
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="100" height="100">'
 SQUARE = '<path d="M20 20H80V80H20Z" fill="#cc2222"/>'
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
-
-
-@pytest.fixture(autouse=True)
-def alone(monkeypatch):
-    """Whoever asks the network for anything fails the test."""
-
-    def called(*told):
-        raise AssertionError(f"something was fetched: {told}")
-
-    for name in ("connect", "connect_ex"):
-        monkeypatch.setattr(socket.socket, name, called)
-    monkeypatch.setattr(socket, "getaddrinfo", called)
-
-
-@pytest.fixture
-def lent(tmp_path, by_hand, capsys):
-    """Lend a motion of one key or two to files, by the command; returns its exit code and what it said."""
-    for count, weights in ((1, [[1.0]] * 2), (2, [[1.0, 0], [0, 1.0]])):
-        motion = by_hand.motion(by_hand.tumble(2), weights, names=by_hand.names[:count])
-        tracks.save(motion, tmp_path / f"{count}.motion.json")
-
-    def lend(*flags, keys=1, out="new.svg"):
-        made = tmp_path / "made" / out
-        code = main(["retarget", str(tmp_path / f"{keys}.motion.json"), *map(str, flags), "-o", str(made)])
-        said = capsys.readouterr()
-        assert code in (0, 2)
-        assert made.parent.exists() == (code == 0)  # nothing half-written is left
-        assert code == 0 or (said.err.startswith("tooncap: ") and said.err.count("\n") == 1 and not said.out)
-        return code, said.err
-
-    return lend
 
 
 def written(path, content):
@@ -247,88 +212,6 @@ def test_a_gltf_of_endless_brackets_is_refused(lent, tmp_path):
     assert code == 2 and "must be a glTF 2.0 file" in said
 
 
-def disc(size=60):
-    """A picture with a red disc, and its alpha."""
-    y, x = np.mgrid[:size, :size]
-    inside = np.hypot(x - size / 2, y - size / 2) < 0.4 * size
-    return np.dstack([np.full((size, size), 200), 40 + 0 * x, 60 + 0 * x, 255 * inside]).astype(np.uint8)
-
-
-def test_pictures_of_all_kinds_of_pixels_show_the_same_colours(tmp_path):
-    import cv2
-
-    straight = disc()
-    Image.fromarray(straight).quantize(16).save(tmp_path / "palette.png")
-    cv2.imwrite(str(tmp_path / "deep.png"), straight[..., [2, 1, 0, 3]].astype(np.uint16) * 257)
-    grey = straight[..., 0] // 2
-    cv2.imwrite(str(tmp_path / "deep_grey.png"), grey.astype(np.uint16) * 257)
-    Image.fromarray(straight[..., :3]).convert("CMYK").save(tmp_path / "print.jpg", quality=95)
-    inside = straight[..., 3] == 255
-    for name, truth in (
-        ("palette.png", straight),
-        ("deep.png", straight),
-        ("deep_grey.png", np.dstack([grey, grey, grey, 255 + 0 * grey])),
-        ("print.jpg", straight),
-    ):
-        read = photo.read_photo(tmp_path / name).pixels
-        assert np.abs(read[inside].astype(int) - truth[inside].astype(int)).max() <= 3, name
-
-
-@pytest.mark.parametrize("held", range(1, 9))
-def test_a_photograph_is_upright_however_the_camera_was_held(tmp_path, held):
-    """EXIF's eight, written as the standard tells: where the picture's first row and column are seen."""
-    upright = np.zeros((16, 24, 3), np.uint8)
-    upright[:8, :12] = (250, 20, 20)
-    stored = {
-        1: upright,
-        2: upright[:, ::-1],
-        3: upright[::-1, ::-1],
-        4: upright[::-1],
-        5: upright.transpose(1, 0, 2),
-        6: upright.transpose(1, 0, 2)[::-1],
-        7: upright.transpose(1, 0, 2)[::-1, ::-1],
-        8: upright.transpose(1, 0, 2)[:, ::-1],
-    }[held]
-    image = Image.fromarray(np.ascontiguousarray(stored))
-    exif = image.getexif()
-    exif[0x0112] = held
-    image.save(tmp_path / "held.jpg", exif=exif, quality=98, subsampling=0)
-    image.save(tmp_path / "held.png", exif=exif)
-    for name in ("held.jpg", "held.png"):
-        read = photo.read_photo(tmp_path / name)
-        assert read.size == (24, 16)
-        assert np.abs(read.pixels[..., :3].astype(int) - upright).max() < 30, name
-
-
-def png(width, height, data=b""):
-    """A PNG that says it is so large."""
-    from zlib import compress, crc32
-
-    def chunk(kind, content):
-        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", crc32(kind + content))
-
-    head = struct.pack(">IIBBBBB", width, height, 8, 6, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", compress(data)) + chunk(b"IEND", b"")
-
-
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        (b"", "cannot be read"),
-        (b"a letter", "cannot be read"),
-        (png(0, 0), "cannot be read"),
-        (png(9999, 9999), "cannot be read"),
-        (png(60_000, 60_000), "no more than 178 megapixels"),
-        (png(4, 4, bytes(4 * 17)), "all of it is transparent"),
-        (png(4, 4, (b"\0" + b"\xff" * 16) * 4), "transparent surrounding"),
-    ],
-    ids=["empty", "text", "no size", "cut short", "3600 megapixels", "clear", "opaque"],
-)
-def test_a_picture_that_cannot_be_played_is_refused(lent, tmp_path, content, said):
-    code, told = lent("--drawing", written(tmp_path / "a.png", content), out="frames")
-    assert code == 2 and "a.png" in told and said in told
-
-
 @pytest.mark.parametrize(
     ("fields", "said"),
     [
@@ -344,17 +227,6 @@ def test_a_cast_of_impossible_numbers_is_refused(lent, tmp_path, worm, fields, s
     text = f'[[parts]]\nname = "egg"\ndrawing = "{worm[0].name}"\n{fields}\n'
     code, told = lent("--cast", written(tmp_path / "a.cast.toml", text))
     assert code == 2 and "a.cast.toml" in told and said in told
-
-
-def test_an_outline_beside_its_picture_or_a_box_of_no_numbers_is_refused(lent, tmp_path):
-    Image.fromarray(disc()).save(tmp_path / "a.png")
-    text = '[[parts]]\nname = "egg"\ndrawing = "a.png"\n[[parts.keys]]\nname = "sit"\n'
-    cast = written(tmp_path / "a.cast.toml", text + "outline = [[900, 900], [990, 900], [990, 990]]\n")
-    code, said = lent("--cast", cast, out="frames")
-    assert code == 2 and "a.png: an outline must lie on its picture of 60 x 60 pixels" in said
-    for box in (("nan", 0, 5, 5), (0, 0, "nan", 5), (0, 0, "inf", 5)):
-        code, said = lent("--drawing", tmp_path / "a.png", "--box", *box, out="frames")
-        assert code == 2 and "must lie inside the 60 x 60 picture" in said
 
 
 @pytest.mark.parametrize("flag", ["--soften", "--match", "--shadow"])
