@@ -57,7 +57,8 @@ def _leave_out(root: ElementTree.Element) -> list[str]:
         for child in list(parent):
             if tag(child) in _LEFT_OUT:
                 parent.remove(child)
-                if tag(child) not in ("pattern", "filter", "marker", "mask"):  # noted where they are used
+                silent = tag(child) in ("pattern", "filter", "marker", "mask")  # noted where they are used
+                if not silent and not child.get("requiredExtensions"):  # a program's own store, in every file of some
                     notes.append("scripts are left out" if tag(child) == "script" else f"<{tag(child)}> is not drawn")
     for element in root.iter():
         own = style(element)
