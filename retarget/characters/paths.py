@@ -158,7 +158,8 @@ def painted(path: DrawnPath) -> object:
     lines = flatten(path)
     parts = []
     if path.fill is not None:
-        parts += [shapely.make_valid(shapely.Polygon(line)) for line in lines if len(line) > 3]
+        rings = [shapely.Polygon(line) for line in lines if len(line) > 3]  # a scribble crosses itself a thousand times
+        parts += [shapely.make_valid(ring, method="structure", keep_collapsed=False) for ring in rings]
     if path.stroke is not None:
         caps, joins = {"butt": "flat"}, {"miter": "mitre"}
         parts += [
