@@ -39,12 +39,15 @@ class Task:
     reference: NDArray  # (N, 2) the nodes in the drawing whose lengths count, and whose looks count as well
 
 
-def match(source: ArrayLike, target: ArrayLike, closed: bool = True, pins: Sequence[Pin] = ()) -> NDArray:
+def match(
+    source: ArrayLike, target: ArrayLike, closed: bool = True, pins: Sequence[Pin] = (), upright: float = TIE
+) -> NDArray:
     """For each point of source (n, 2) its place on target (m, 2), as positions (n,): 2.25 is a quarter past point 2.
 
     The curves may be moved, turned, scaled and bent against each other, of different point counts, either way
-    round and with any start; an open curve's ends stay ends.  Pins are obeyed exactly.  Positions of a closed target
-    lie in [0, m); `places` makes points of them.
+    round and with any start; an open curve's ends stay ends.  The more `upright` is above its default, the more the
+    curves are known to lie alike: 5 for neighbouring frames, 30 for two animals that stand the same way.  Pins are
+    obeyed exactly.  Positions of a closed target lie in [0, m); `places` makes points of them.
     """
     source = checked(source, closed, "the source", crossing=True)
     target = checked(target, closed, "the target", crossing=True)
@@ -54,7 +57,7 @@ def match(source: ArrayLike, target: ArrayLike, closed: bool = True, pins: Seque
     nodes_at = np.unique(np.append(even, along[[a for a, _ in held]]))
     nodes = places(source, np.interp(nodes_at, along, np.arange(len(along))), closed)
     pinned = [(int(np.searchsorted(nodes_at, along[a])), b) for a, b in held]
-    shares, reverse = _laid(nodes, nodes, target, closed, TIE, pinned, "the target")
+    shares, reverse = _laid(nodes, nodes, target, closed, upright, pinned, "the target")
     if closed:
         nodes_at, shares = np.append(nodes_at, along[-1]), np.append(shares, shares[0] + 1)
     positions = _positions(np.interp(along[: len(source)], nodes_at, shares), target, closed, reverse)
