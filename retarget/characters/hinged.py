@@ -57,10 +57,10 @@ def parents_of(ways: Ways, places: NDArray) -> list[int]:
 
     ends = np.concatenate([ways.faces[:, [0, 1]], ways.faces[:, [1, 2]], ways.faces[:, [2, 0]]])
     lengths = np.linalg.norm(ways.rest[ends[:, 0]] - ways.rest[ends[:, 1]], axis=1)
-    inside = np.setdiff1d(np.arange(len(ways.rest)), ways.outline)
-    depth = np.linalg.norm(ways.rest[inside][:, None] - ways.rest[ways.outline], axis=-1).min(axis=1)
+    middles = ways.rest[ways.faces].mean(axis=1)
+    depth = np.linalg.norm(middles[:, None] - ways.rest[ways.outline], axis=-1).min(axis=1)
     nearest = np.linalg.norm(places[:, None] - ways.rest, axis=-1).argmin(axis=1)
-    stops = [inside[depth.argmax()], *nearest]
+    stops = [ways.faces[depth.argmax(), 0], *nearest]
     graph = sparse.csr_matrix((lengths, ends.T), shape=(len(ways.rest),) * 2)
     away = csgraph.dijkstra(graph, directed=False, indices=stops)[:, stops]
     parents, joined = [-1] * len(stops), [0]
