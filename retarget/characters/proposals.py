@@ -46,7 +46,7 @@ def castings(files: Sequence[Path], motion: CartoonMotion, mirror: bool = False)
             )
     found = []
     if len(names) == len(files) == 1:
-        found.append((names[0], files[0].stem, files[0], ""))
+        found.append((names[0], _stem(files[0], motion), files[0], ""))
     elif len(files) == 1:
         groups = read_page(files[0])[1]
         played = [name for name in names if name in groups]
@@ -55,7 +55,7 @@ def castings(files: Sequence[Path], motion: CartoonMotion, mirror: bool = False)
                 f"{files[0].name} must have an outermost group for each part, with the part's name as its id: the "
                 f"parts are {', '.join(names)}, its groups {', '.join(groups) or 'none'}"
             )
-        found += [(name, f"{files[0].stem}_{name}", files[0], name) for name in played]
+        found += [(name, f"{_stem(files[0], motion)}_{name}", files[0], name) for name in played]
     else:
         for file in files:
             own = [name for name in names if f"_{file.stem}".lower().endswith(f"_{name}".lower())]
@@ -98,6 +98,12 @@ def write(
         castfile.write_cast(castfile.Cast(tuple(parts), folder=folder), cast)
         written.append(cast)
     return written, kept
+
+
+def _stem(file: Path, motion: CartoonMotion) -> str:
+    """A drawing's name for its keys' names: bunny_sit.svg, which plays the first key, sit, is bunny."""
+    first = f"_{motion.tracks[0].keys[0]}"
+    return file.stem[: -len(first)] if file.stem.lower().endswith(first.lower()) and file.stem != first else file.stem
 
 
 def _casting(part: str, stem: str, file: Path, group: str, mirror: bool) -> Casting:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capture.errors import InputError
 from capture.fit.curves import correspond
 from capture.fit.curves.correspond import Pin
 from capture.motion import affine
@@ -55,7 +56,7 @@ def propose(drawn: Sequence[DrawnPath], source: KeySet, pins: Sequence[Pin] = ()
     """
     drawn = list(drawn)
     outline = affine.apply(source.removed, source.points)[0, source.outline]
-    limb_pins = {b: _place(a, outline) for a, b in pins if np.ndim(b) == 0}
+    limb_pins = _limb_pins(drawn, outline, pins)
     solid = silhouette_of(drawn)
     rim = rim_of(solid)
     at = corresponding(outline, rim, [(a, b) for a, b in pins if np.ndim(b) == 1])
@@ -91,8 +92,21 @@ def _turned(points: NDArray, angles: NDArray) -> NDArray:
     return points @ np.stack([np.stack([c, s], -1), np.stack([-s, c], -1)], -2)
 
 
-def _place(place: ArrayLike, outline: NDArray) -> NDArray:
-    return outline[int(place) % len(outline)] if np.ndim(place) == 0 else np.asarray(place, float)
+def _limb_pins(drawn: Sequence[DrawnPath], outline: NDArray, pins: Sequence[Pin]) -> dict[int, NDArray]:
+    """For each limb its element's number and its place (2,) in the source."""
+    found: dict[int, NDArray] = {}
+    for place, limb in ((a, int(b)) for a, b in pins if np.ndim(b) == 0):
+        name = drawn[limb].name
+        if limb in found:
+            raise InputError(f"a limb goes as one place of the source, {name} is pinned to two: leave one out")
+        if np.ndim(place) == 0 and not 0 <= place < len(outline):
+            raise InputError(
+                f"the source's places are numbered from 0 to {len(outline) - 1}, {name} is pinned to {place}"
+            )
+        found[limb] = outline[int(place)] if np.ndim(place) == 0 else np.asarray(place, float)
+    if len(found) == len(drawn):
+        raise InputError("limbs need a trunk to hang on, all shapes of the drawing are limbs: leave a pin out")
+    return found
 
 
 def rim_of(solid: object) -> NDArray:
@@ -117,7 +131,7 @@ def corresponding(outline: NDArray, rim: NDArray, pins: Sequence[Pin] = ()) -> N
         return (np.asarray(points, float) - low) / span * size + least
 
     held = [(a, laid(b) if np.ndim(b) else b) for a, b in pins]
-    return correspond.match(outline, laid(rim), True, held, UPRIGHT)
+    return correspond.match(outline, laid(rim), pins=held, laid=UPRIGHT)
 
 
 def misfit_of(outline: NDArray, places: NDArray) -> float:

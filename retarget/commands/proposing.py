@@ -50,6 +50,10 @@ def propose(
     from retarget.stage.keysheet import key_sheet
 
     captured = tracks.load(motion)
+    if captured.space != "pixels, y down":
+        raise InputError(
+            f"keys are proposed for a motion of drawings, {motion} is in {captured.space}: project it first"
+        )
     if not drawing:
         raise InputError("a proposal needs --drawing FILE.svg, the character as it stands in the source's first key")
     pins = _pins(pin, captured)

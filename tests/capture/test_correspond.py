@@ -98,7 +98,7 @@ def test_curves_that_stand_alike_are_matched_top_to_top():
     bump = np.exp(-((np.angle(np.exp(1j * (angle - np.pi / 2))) / 0.25) ** 2))[:, None]
     source, target = long * (1 + 0.2 * bump), -long * (1 + 0.2 * bump)
     by_looks = correspond.places(target, correspond.match(source, target))
-    upright = correspond.places(target, correspond.match(source, target, upright=30.0))
+    upright = correspond.places(target, correspond.match(source, target, laid=30.0))
     assert (by_looks * source).sum() < 0 < (upright * source).sum()
 
 

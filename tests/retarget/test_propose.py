@@ -164,6 +164,13 @@ def test_a_corrected_key_is_kept(tmp_path: Path, by_hand):
     assert corrected.read_text() != "corrected"
 
 
+def test_keys_of_a_drawing_of_the_first_key_are_named_after_the_character(tmp_path: Path, by_hand):
+    drawing = tmp_path / "worm_sit.svg"
+    drawing.write_text(by_hand.worm_svg(), encoding="utf-8")
+    found = proposals.castings([drawing], by_hand.motion(by_hand.still(), [[1.0]]))
+    assert found[0].stem == "worm"
+
+
 def test_one_drawing_with_a_group_for_each_part_plays_all_parts(tmp_path: Path, by_hand):
     one, other = (
         by_hand.motion(by_hand.still(), [[1.0]], part="egg"),
@@ -193,6 +200,9 @@ def test_what_cannot_be_used_is_refused_in_a_sentence(tmp_path: Path, by_hand):
         ({"drawing": (tmp_path / "cup.jpg",)}, "an SVG"),
         ({"drawing": (drawing,), "pin": ("nose",)}, "PLACE=X,Y"),
         ({"drawing": (drawing,), "pin": ("3=#wing",)}, "its ids are body, stripe"),
+        ({"drawing": (drawing,), "pin": ("3=#ring", "9=#ring")}, "pinned to two"),
+        ({"drawing": (drawing,), "pin": ("300=#ring",)}, "numbered from 0 to 47"),
+        ({"drawing": (drawing,), "pin": tuple(f"3=#{n}" for n in range(1, 6))}, "a trunk"),
         ({"drawing": (drawing,), "pin": ("2=140,200", "20=160,100", "10=180,200", "30=130,150")}, "same order"),
     ):
         with pytest.raises(InputError, match=said):
