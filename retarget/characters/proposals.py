@@ -1,5 +1,6 @@
 """Proposed key drawings as files: which drawing is which part, where keys lie on the page, what is kept."""
 
+import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,11 +12,16 @@ from capture.errors import InputError
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion
 from retarget.characters import castfile, paths, propose
+from retarget.characters.cast import PICTURES
 from retarget.characters.castfile import CastKey, CastPart
 from retarget.characters.paths import DrawnPath
+from retarget.characters.photo import cut_out, read_photo
+from retarget.characters.picture import outline_of
 from retarget.characters.propose import Proposal
 from retarget.characters.svg import read_page, read_svg
 from retarget.characters.svgout import write_keys
+
+GREY = np.array([0.62, 0.67, 0.73, 1.0])
 
 Asked = tuple[float | tuple[float, float], tuple[float, float] | str]
 """A pin as it is asked for: a place of the source, and a point of the drawing or an element's id."""
@@ -29,25 +35,34 @@ class Casting:
     stem: str  # its keys are called STEM_key.svg
     drawn: list[DrawnPath]
     page: tuple[float, float]  # width and height in pixels
+    picture: Path | None = None  # it is a photograph; what is drawn is its outline
+    box: tuple[float, float, float, float] | None = None  # that it is cut out of
     notes: tuple[str, ...] = ()
 
 
-def castings(files: Sequence[Path], motion: CartoonMotion, mirror: bool = False) -> list[Casting]:
+def castings(
+    files: Sequence[Path],
+    motion: CartoonMotion,
+    mirror: bool = False,
+    box: tuple[float, float, float, float] | None = None,
+) -> list[Casting]:
     """The drawings of a motion's parts: one file for one part, or one with a group for each, or one file each.
 
-    A group's id, or the end of a file's name, is the part's name.
+    A group's id, or the end of a file's name, is the part's name.  A picture is cut out by its alpha or by a `box`.
     """
     names = [track.part for track in motion.tracks]
     for file in files:
-        if file.suffix.lower() != ".svg":
+        if file.suffix.lower() not in (".svg", *PICTURES):
             raise InputError(
-                f"keys are proposed from an SVG, {file.name} is none: a photograph or a model needs no keys, "
+                f"keys are proposed from an SVG or a picture, {file.name} is none: a model needs no keys, "
                 "give it to tooncap retarget --drawing as it is"
             )
+    if any(file.suffix.lower() != ".svg" for file in files) and mirror:
+        raise InputError("a picture cannot be mirrored here: turn it round in a picture editor and give that")
     found = []
     if len(names) == len(files) == 1:
         found.append((names[0], _stem(files[0], motion), files[0], ""))
-    elif len(files) == 1:
+    elif len(files) == 1 and files[0].suffix.lower() == ".svg":
         groups = read_page(files[0])[1]
         played = [name for name in names if name in groups]
         if not played:
@@ -65,7 +80,7 @@ def castings(files: Sequence[Path], motion: CartoonMotion, mirror: bool = False)
                     f"{', '.join(names)} or comes twice: rename it"
                 )
             found.append((max(own, key=len), file.stem, file, ""))
-    return [_casting(*one, mirror) for one in found]
+    return [_casting(*one, mirror) if one[2].suffix.lower() == ".svg" else _of_picture(*one[:3], box) for one in found]
 
 
 def proposal(casting: Casting, motion: CartoonMotion, pins: Sequence[Asked] = ()) -> Proposal:
@@ -81,6 +96,9 @@ def write(
     """All keys as files in a folder, with a cast file; returns what was written and what was there and is kept."""
     written, kept, parts = [], [], []
     for casting, found in zip(castings, proposals, strict=True):
+        if casting.picture is not None:
+            parts.append(_picture_part(folder, casting, found))
+            continue
         files = [folder / f"{casting.stem}_{name}.svg" for name in found.names]
         keep = [file.exists() and not again for file in files]
         size = _page(casting, found)
@@ -112,7 +130,30 @@ def _casting(part: str, stem: str, file: Path, group: str, mirror: bool) -> Cast
     if mirror:
         turn = np.array([[-1.0, 0, page[0]], [0, 1, 0]])
         drawn = [paths.moved(path, turn) for path in drawn]
-    return Casting(part, stem, drawn, page, tuple(f"{file.name}: {note}" for note in notes))
+    return Casting(part, stem, drawn, page, notes=tuple(f"{file.name}: {note}" for note in notes))
+
+
+def _of_picture(part: str, stem: str, file: Path, box: tuple[float, float, float, float] | None) -> Casting:
+    """A photograph's outline as a shape of straight lines."""
+    photo = read_photo(file)
+    photo = photo if box is None else cut_out(photo, box, str(file))
+    ring = photo.to_own(outline_of(photo.pixels, str(file)))
+    ring = np.vstack([ring, ring[:1]])
+    thirds = ring[:-1, None] + np.arange(1, 4)[:, None] / 3 * (ring[1:] - ring[:-1])[:, None]
+    points = np.vstack([ring[:1], thirds.reshape(-1, 2)])
+    commands = "M" + "L" * (len(ring) - 2) + "Z"
+    drawn = DrawnPath(file.name, commands, points, np.array([0, len(points)]), np.array([True]), GREY)
+    return Casting(part, stem, [drawn], photo.size, file, box, photo.notes)
+
+
+def _picture_part(folder: Path, casting: Casting, found: Proposal) -> CastPart:
+    """A photograph that serves all keys, each with its outline in the photograph's own pixels."""
+    outlines = [np.round(version[0].points[:-1:3], 2) for version in found.versions]
+    keys = tuple(
+        CastKey(name, outline=tuple(map(tuple, outline.tolist()))) for name, outline in zip(found.names, outlines)
+    )
+    named = Path(os.path.relpath(casting.picture, folder)).as_posix()
+    return CastPart(casting.part, keys, named, box=casting.box)
 
 
 def _element(casting: Casting, name: str) -> int:

@@ -17,6 +17,7 @@ def propose(
     drawing: tuple[Path, ...] = (),
     pin: tuple[str, ...] = (),
     mirror: bool = False,
+    box: tuple[float, float, float, float] | None = None,
     again: bool = False,
 ) -> str:
     """Propose all key drawings of a new character from one, for you to correct.
@@ -32,13 +33,16 @@ def propose(
         The folder for the drawings; NAME_keys, after the first drawing's name, if not given.
     drawing
         One SVG that stands like the source's first key.  For a motion of several parts either one whose outermost
-        groups have the parts' names as ids, or one for each part, its name ending in the part's.
+        groups have the parts' names as ids, or one for each part, its name ending in the part's.  Of a picture the
+        outline is proposed for each key; it comes into the cast file.
     pin
         PLACE=X,Y: a place of the source, a number in the picture or X,Y in its first key, and the place that belongs to
         it on the drawing's outline.  PLACE=#ID: the shape of that id, or number, is a limb of its own and turns as that
         place does.  With several parts PART:PLACE=X,Y.
     mirror
         Turn the drawing to look the other way first.
+    box
+        X Y WIDTH HEIGHT round what to cut out of a photograph.
     again
         Write all keys anew, also those that are there.
     """
@@ -57,23 +61,25 @@ def propose(
     if not drawing:
         raise InputError("a proposal needs --drawing FILE.svg, the character as it stands in the source's first key")
     pins = _pins(pin, captured)
-    castings = proposals.castings(drawing, captured, mirror)
+    castings = proposals.castings(drawing, captured, mirror, box)
     out = out or Path(f"{stem(drawing[0])}_keys")
     with working("carrying the keys over"):
         made = [proposals.proposal(one, captured, pins.get(one.part, [])) for one in castings]
     tell(note for one in castings for note in one.notes)
     written, kept = proposals.write(folder_at(out), castings, made, captured, again)
-    sheets = [key_sheet(one, captured.keyset(casting.part)) for one, casting in zip(made, castings)]
-    for casting, sheet in zip(castings, sheets):
-        name = out.name if len(sheets) == 1 else f"{out.name}_{casting.part}"
-        write_picture(out.with_name(f"{name}.png"), sheet)
+    names = [out.name if len(castings) == 1 else f"{out.name}_{casting.part}" for casting in castings]
+    for name, one, casting in zip(names, made, castings, strict=True):
+        write_picture(out.with_name(f"{name}.png"), key_sheet(one, captured.keyset(casting.part)))
     there = f", {len(kept)} that were there are kept" if kept else ""
-    drawings = sum(file.suffix == ".svg" for file in written)
+    count = sum(file.suffix == ".svg" for file in written)
+    drawings = f"{count} key drawing{'s' * (count != 1)}"
+    if any(casting.picture for casting in castings) and not count:
+        drawings = f"{len(made[0].names)} outlines of {castings[0].picture.name}"
     misfit, strain = max(one.misfit for one in made), max(one.strain.max() for one in made)
     folded = sum(int(one.folded.sum()) for one in made)
     return (
-        f"{out}: {drawings} key drawings{there}; outlines lie {misfit:.0%} of the height apart, shapes keep the "
-        f"source's stretch within {strain:.1f}x, {folded} folded triangles; look at {out}.png"
+        f"{out}: {drawings}{there}; outlines lie {misfit:.0%} of the height apart, shapes keep the "
+        f"source's stretch within {strain:.1f}x, {folded} folded triangles; look at {out.with_name(names[0])}.png"
     )
 
 

@@ -190,6 +190,25 @@ def test_one_drawing_with_a_group_for_each_part_plays_all_parts(tmp_path: Path, 
     assert parts[1].height == pytest.approx(0.5 * parts[0].height, rel=0.02)
 
 
+def test_a_picture_gets_an_outline_for_each_key(tmp_path: Path, by_hand):
+    """A disc cut out of a transparent picture: its cast plays the egg's keys."""
+    from PIL import Image
+
+    y, x = np.mgrid[:120, :100]
+    alpha = np.where((x - 50) ** 2 + (y - 60) ** 2 < 40**2, 255, 0)
+    Image.fromarray(np.dstack([x + 50, y + 90, x, alpha]).astype(np.uint8)).save(tmp_path / "moon.png")
+    motion = by_hand.motion(by_hand.still(), [[1.0]])
+    tracks.save(motion, tmp_path / "egg.motion.json")
+    said = command(tmp_path / "egg.motion.json", tmp_path / "keys", drawing=(tmp_path / "moon.png",))
+    assert "2 outlines of moon.png" in said
+    part = castfile.read_cast(tmp_path / "keys" / "moon.cast.toml").parts[0]
+    first, lean = (np.array(key.outline) for key in part.keys)
+    assert np.abs(np.linalg.norm(first - (50, 60), axis=1) - 41.5).max() < 2
+    assert np.linalg.norm(_centred(lean) - _centred(first), axis=1).max() > 4
+    played = cast.targets(castfile.read_cast(tmp_path / "keys" / "moon.cast.toml"), motion)
+    assert played[0].keys.names == by_hand.names
+
+
 def test_what_cannot_be_used_is_refused_in_a_sentence(tmp_path: Path, by_hand):
     drawing = tmp_path / "worm.svg"
     drawing.write_text(by_hand.worm_svg(), encoding="utf-8")
@@ -197,7 +216,7 @@ def test_what_cannot_be_used_is_refused_in_a_sentence(tmp_path: Path, by_hand):
     tracks.save(by_hand.motion(by_hand.still(), [[1.0]]), motion)
     for changes, said in (
         ({}, "needs --drawing"),
-        ({"drawing": (tmp_path / "cup.jpg",)}, "an SVG"),
+        ({"drawing": (tmp_path / "cup.glb",)}, "an SVG or a picture"),
         ({"drawing": (drawing,), "pin": ("nose",)}, "PLACE=X,Y"),
         ({"drawing": (drawing,), "pin": ("3=#wing",)}, "its ids are body, stripe"),
         ({"drawing": (drawing,), "pin": ("3=#ring", "9=#ring")}, "pinned to two"),
