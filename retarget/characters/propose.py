@@ -4,9 +4,9 @@ The paper's complaint is that every key must be drawn anew for every character. 
 along the source's first key, each place of it learns how the source turns and stretches there on the way to a key, and
 the drawing goes that way, as rigid as possible between its places:
 
-    corresponding   ->   followed   ->   one list of paths a key, the same elements in the same order
+    corresponding   ->   ways.lent   ->   ways.followed   ->   one list of paths a key, the same elements in the same order
 
-Turns and stretches are carried over and not distances, so that long legs swing as far as short ones.
+Shapes that an animator names are limbs of their own (see `hinged`).
 """
 
 from collections.abc import Sequence
@@ -76,10 +76,15 @@ def propose(drawn: Sequence[DrawnPath], source: KeySet, pins: Sequence[Pin] = ()
 
 
 def _trunk(limb: limbs.Limb, rim: NDArray, at: NDArray, lent: ways.Ways) -> tuple[NDArray, NDArray, NDArray]:
-    """The trunk's mesh in K keys (K, N, 2), and its `strain`; what is not on the drawing's rim follows what is."""
+    """The trunk's mesh in K keys (K, N, 2), and its `strain`; what is not on the drawing's rim follows what is.
+
+    A loose piece that is nowhere on the rim goes as the nearest places of it do.
+    """
     mesh, faces = limb.points[0], limb.faces
     along, off = nearest(mesh[limb.outline], rim)
+    piece = ways.pieces_of(len(mesh), faces)[limb.outline]
     edge = off < 2 * NECKS * np.sqrt(limb.silhouette.area) + 1e-9
+    edge |= ~np.isin(piece, piece[edge])
     fields = ways.lent(lent, mesh, faces, limb.outline[edge], source_places(along[edge], len(rim), at))
     moved, fields = ways.followed(mesh, faces, fields)
     moved[0] = mesh

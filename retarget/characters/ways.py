@@ -110,16 +110,11 @@ def followed(mesh: NDArray, faces: NDArray, fields: NDArray, rounds: int = 6) ->
 
 def _gone(mesh: NDArray, faces: NDArray, fields: NDArray) -> NDArray:
     """Shapes (K, N, 2) of a mesh (N, 2) whose faces go their ways (K, F, 5); loose pieces stay with the largest one."""
-    from scipy import sparse
-    from scipy.sparse import csgraph
-
     turns, stretches = fields[..., 0], fields[..., 1:].reshape(*fields.shape[:2], 2, 2)
     moved = arap.follow(mesh, faces, turns, stretches)
-    ends = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
-    graph = sparse.csr_matrix((np.ones(2 * len(faces)), ends), shape=(len(mesh), len(mesh)))
-    count, piece = csgraph.connected_components(graph, directed=False)
+    piece = pieces_of(len(mesh), faces)
     main = np.flatnonzero(piece == np.bincount(piece).argmax())
-    for number in set(range(count)) - {piece[main[0]]}:
+    for number in set(piece.tolist()) - {int(piece[main[0]])}:
         loose = np.flatnonzero(piece == number)
         gaps = np.linalg.norm(mesh[loose][:, None] - mesh[main], axis=-1)
         own, other = np.unravel_index(gaps.argmin(), gaps.shape)
@@ -130,6 +125,16 @@ def _gone(mesh: NDArray, faces: NDArray, fields: NDArray) -> NDArray:
         there = moved[:, other] + np.stack([c * away[0] - s * away[1], s * away[0] + c * away[1]], axis=-1)
         moved[:, loose] += (there - moved[:, own])[:, None]
     return moved
+
+
+def pieces_of(count: int, faces: NDArray) -> NDArray:
+    """For each of a mesh's points (N,) the number of the connected piece that it belongs to."""
+    from scipy import sparse
+    from scipy.sparse import csgraph
+
+    ends = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
+    graph = sparse.csr_matrix((np.ones(2 * len(faces)), ends), shape=(count, count))
+    return csgraph.connected_components(graph, directed=False)[1]
 
 
 def strain(mesh: NDArray, moved: NDArray, faces: NDArray, fields: NDArray) -> tuple[NDArray, NDArray]:

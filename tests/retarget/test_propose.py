@@ -83,6 +83,17 @@ def test_no_triangle_folds_on_a_plain_shape(own: Proposal):
     assert own.strain.max() < 1.5
 
 
+def test_what_lies_apart_keeps_its_size_and_stays_near(source: keys.KeySet):
+    body = _drawn(_shapes(source)[0])
+    fly = paths.moved(body, np.array([[0.05, 0, 60], [0, 0.05, body.points[:, 1].min() - 30]]))
+    found = propose([body, fly], source)
+    size = np.ptp(fly.points, axis=0).max()
+    for version in found.versions:
+        assert 0.5 * size < np.ptp(version[1].points, axis=0).max() < 2 * size
+        gap = np.linalg.norm(version[0].points[:, None] - version[1].points, axis=-1).min()
+        assert gap < 1.5 * np.linalg.norm(body.points[:, None] - fly.points, axis=-1).min()
+
+
 def test_a_pin_is_obeyed(source: keys.KeySet, rabbit: list[DrawnPath]):
     nose = np.array([375.0, 237.0])
     found = propose(rabbit, source, [(0, nose)])
