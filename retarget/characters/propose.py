@@ -4,7 +4,7 @@ The paper's complaint is that every key must be drawn anew for every character. 
 along the source's first key, each place of it learns how the source turns and stretches there on the way to a key, and
 the drawing goes that way, as rigid as possible between its places:
 
-    corresponding   ->   ways.lent   ->   ways.followed   ->   one list of paths a key, the same elements in the same order
+    corresponding   ->   ways.lent   ->   ways.followed   ->   a list of paths for each key, of the same elements
 
 Shapes that an animator names are limbs of their own (see `hinged`).
 """
