@@ -1,12 +1,65 @@
-"""Joints that hang on each other: where they come to, and how their turns are mixed.
+"""Joints that hang on each other, and how they move.
 
 A joint's own map (3, 4) goes from its space to its parent's; parents come before their children, a root has parent -1.
-Turns are mixed as rotation vectors against a first pose, unwrapped, so that a mixture of turns is a turn, more than two
-poses mix at once, weights outside 0 to 1 turn further the same way, and a turn by 270 degrees is not one by -90.
 """
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """J joints at rest.  An end site is a joint without channels, that marks where the last link ends."""
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    offsets: NDArray  # (J, 3) from the parent joint
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def children(self, joint: int) -> tuple[int, ...]:
+        """The joints that hang on a joint."""
+        return tuple(child for child, parent in enumerate(self.parents) if parent == joint)
+
+    def path(self, joint: int) -> tuple[int, ...]:
+        """The joints from the root to a joint."""
+        path = [joint]
+        while self.parents[path[-1]] >= 0:
+            path.append(self.parents[path[-1]])
+        return tuple(reversed(path))
+
+    def lengths(self) -> NDArray:
+        """How long the link above each joint is at rest (J,); a root has none: 0."""
+        return np.where(np.array(self.parents) < 0, 0.0, np.linalg.norm(self.offsets, axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class SkeletonMotion:
+    """A skeleton over T frames; after `units.upright` in metres, x right, y up, z to the viewer."""
+
+    skeleton: Skeleton
+    translation: NDArray  # (T, J, 3) from the parent joint; where it does not move, the skeleton's offset
+    rotation: NDArray  # (T, J, 4) quaternions (x, y, z, w), against the parent joint
+    fps: float
+    notes: tuple[str, ...] = ()  # what a reader had to guess or mend, a sentence each
+
+    def __len__(self) -> int:
+        return len(self.translation)
+
+    def world(self) -> NDArray:
+        """Joints' maps into the world (T, J, 3, 4)."""
+        return world_maps(self.skeleton.parents, own_maps(self.translation, self.rotation))
+
+    def positions(self) -> NDArray:
+        """Where the joints are (T, J, 3)."""
+        return self.world()[..., 3]
+
+    def part(self, first: int, stop: int) -> "SkeletonMotion":
+        """The frames from `first` to before `stop`."""
+        return replace(self, translation=self.translation[first:stop], rotation=self.rotation[first:stop])
 
 
 def own_maps(translations: NDArray, rotations: NDArray, scales: NDArray | float = 1.0) -> NDArray:
@@ -28,43 +81,3 @@ def world_maps(parents: tuple[int, ...], own: NDArray) -> NDArray:
         mine = own[..., joint, :, :]
         world[..., joint, :, :] = mine if parent < 0 else affine.compose(world[..., parent, :, :], mine)
     return world
-
-
-def turns_between(first: NDArray, rotations: NDArray) -> NDArray:
-    """The shortest rotation vectors (..., 3), radians, that turn `first` (..., 4) into `rotations` (..., 4)."""
-    from scipy.spatial.transform import Rotation
-
-    first, rotations = np.broadcast_arrays(np.asarray(first, float), np.asarray(rotations, float))
-    start, goal = (Rotation.from_quat(q.reshape(-1, 4)) for q in (first, rotations))
-    return (start.inv() * goal).as_rotvec().reshape(*first.shape[:-1], 3)
-
-
-def unwrapped(rotations: NDArray) -> NDArray:
-    """Rotation vectors (T, J, 3) against the first frame, without jumps, for rotations (T, J, 4) over time.
-
-    A turn is known but for whole turns; of all that it may be, each frame has the one nearest to the frame before.
-    """
-    turns = turns_between(rotations[:1], rotations)
-    for t in range(1, len(turns)):
-        turns[t] = nearest(turns[t], turns[t - 1])
-    return turns
-
-
-def nearest(turns: NDArray, guess: NDArray) -> NDArray:
-    """The same turns (..., 3), with as many whole turns more or less as bring them nearest to `guess` (..., 3)."""
-    angle = np.linalg.norm(turns, axis=-1, keepdims=True)
-    length = np.linalg.norm(guess, axis=-1, keepdims=True)
-    along = np.divide(guess, length, out=np.zeros_like(guess), where=length > 0)
-    # no turn at all may be whole turns about any axis: take the guess's
-    axis = np.where(angle > 1e-9, turns / np.maximum(angle, 1e-9), along)
-    wanted = (axis * guess).sum(axis=-1, keepdims=True)
-    return (angle + 2 * np.pi * np.round((wanted - angle) / (2 * np.pi))) * axis
-
-
-def mixed(first: NDArray, turns: NDArray, weights: NDArray) -> NDArray:
-    """Rotations (T, J, 4): `first` (J, 4) turned by the mixture of K poses' turns (K, J, 3) in weights (T, K)."""
-    from scipy.spatial.transform import Rotation
-
-    vectors = np.tensordot(weights, turns, axes=1)  # (T, J, 3)
-    start = Rotation.from_quat(np.broadcast_to(first, (len(weights), *np.shape(first))).reshape(-1, 4))
-    return (start * Rotation.from_rotvec(vectors.reshape(-1, 3))).as_quat().reshape(*vectors.shape[:2], 4)

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.bvh import SkeletonMotion, read_bvh
+from mocap.bvh import read_bvh
+from mocap.skeleton import Skeleton, SkeletonMotion
 from retarget.characters.meshfiles import Material, Model
 from retarget.characters.skin import Animation, Pose, Skin
 
@@ -22,10 +23,11 @@ IVORY = (0.93, 0.89, 0.78, 1.0)
 def read_bones(path: str | Path) -> tuple[Model, Skin]:
     """A *.bvh as a mesh of spindles and the skin that they hang on."""
     motion = read_bvh(path)
-    places = _rest_places(motion)
+    skeleton = motion.skeleton
+    places = _rest_places(skeleton)
     points, faces, bound = [], [], []
-    for joint, parent in enumerate(motion.parents):
-        if parent >= 0 and np.linalg.norm(motion.offsets[joint]) > 0:
+    for joint, parent in enumerate(skeleton.parents):
+        if parent >= 0 and np.linalg.norm(skeleton.offsets[joint]) > 0:
             faces.append(_FACES + 6 * len(points))
             points.append(_spindle(places[parent], places[joint]))
             bound += [parent] * 6
@@ -44,8 +46,8 @@ def read_bones(path: str | Path) -> tuple[Model, Skin]:
 def _skin(motion: SkeletonMotion, places: NDArray, bound: NDArray) -> Skin:
     from scipy import sparse
 
-    count = len(motion.names)
-    still = Pose(motion.offsets, np.tile([0, 0, 0, 1.0], (count, 1)), np.ones((count, 3)))
+    skeleton, count = motion.skeleton, len(motion.skeleton)
+    still = Pose(skeleton.offsets, np.tile([0, 0, 0, 1.0], (count, 1)), np.ones((count, 3)))
     binds = np.concatenate([np.tile(np.eye(3), (count, 1, 1)), -places[..., None]], axis=-1)
     shares = sparse.csr_matrix((np.ones(len(bound)), (np.arange(len(bound)), bound)), shape=(len(bound), count))
     times = np.arange(len(motion.rotation)) / motion.fps
@@ -54,13 +56,13 @@ def _skin(motion: SkeletonMotion, places: NDArray, bound: NDArray) -> Skin:
         curves.append((joint, "rotation", "LINEAR", times, motion.rotation[:, joint]))
         curves.append((joint, "translation", "LINEAR", times, motion.translation[:, joint]))
     animations = {MOTION: Animation(float(times[-1]), tuple(curves))}
-    return Skin(motion.names, motion.parents, still, np.arange(count), binds, shares, animations)
+    return Skin(skeleton.names, skeleton.parents, still, np.arange(count), binds, shares, animations)
 
 
-def _rest_places(motion: SkeletonMotion) -> NDArray:
+def _rest_places(skeleton: Skeleton) -> NDArray:
     """Where the joints (J, 3) are when nothing is turned."""
-    places = motion.offsets.copy()
-    for joint, parent in enumerate(motion.parents):
+    places = skeleton.offsets.copy()
+    for joint, parent in enumerate(skeleton.parents):
         if parent >= 0:
             places[joint] += places[parent]
     return places

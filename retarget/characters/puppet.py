@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine
 from capture.motion.keys import KeySet, fold
-from mocap import skeleton
+from mocap import rotations
 from retarget.characters import lift
 from retarget.characters.bones import read_bones
 from retarget.characters.lift import Depth
@@ -85,7 +85,7 @@ class Puppet:
 
     def posture(self, weights: NDArray) -> Pose:
         """The joints in frames of weights (T, K), before anything is aligned."""
-        rotation = skeleton.mixed(self.first.rotation, self.turns, weights)
+        rotation = rotations.mixed(self.first.rotation, self.turns, weights)
         return Pose(np.tensordot(weights, self.travel, axes=1), rotation, np.tensordot(weights, self.scale, axes=1))
 
     def removed(self, points: NDArray) -> NDArray:
@@ -159,14 +159,14 @@ def _turns(skin: Skin, first: KeyPose, pose: KeyPose, start: Pose, goal: Pose) -
     if pose.animation and pose.animation == first.animation and pose.time != first.time:
         count = max(2, int(np.ceil(abs(pose.time - first.time) * FRAMES)) + 1)
         way = sampled(skin, pose.animation, np.linspace(first.time, pose.time, count))
-        guess = skeleton.unwrapped(way.rotation)[-1]
+        guess = rotations.unwrapped(way.rotation)[-1]
     elif pose is not first:
         plain = [_pose(skin, replace(key, turns={}), "").rotation[0] for key in (first, pose)]
-        guess = skeleton.turns_between(*plain)
+        guess = rotations.turns_between(*plain)
     for key, sign in ((pose, 1.0), (first, -1.0)):
         for name, turn in _asked(skin, key, "").items():
             guess[skin.index(name)] += sign * turn
-    return skeleton.nearest(skeleton.turns_between(start.rotation[0], goal.rotation[0]), guess)
+    return rotations.nearest(rotations.turns_between(start.rotation[0], goal.rotation[0]), guess)
 
 
 def _asked(skin: Skin, pose: KeyPose, part: str) -> dict[str, NDArray]:
