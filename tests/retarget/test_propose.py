@@ -101,7 +101,7 @@ def test_a_pin_is_obeyed(source: keys.KeySet, rabbit: list[DrawnPath]):
 
 
 def test_limbs_come_nearer_to_the_keys_that_were_drawn_by_hand(plain: Proposal, limbed: Proposal, source: keys.KeySet):
-    """On average over the keys; 'affine' is the drawing under the best affine map that there is for each key."""
+    """On average over the keys; 'affine' is the drawing under what the source's key turned and stretched as a whole."""
     off = {"affine": [], "plain": [], "limbed": []}
     rest = _middles(_bunny("sit"))
     for k, name in enumerate(source.names[1:], 1):
