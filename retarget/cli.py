@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import capturing, lending, many, moving, start
+from retarget.commands import capturing, lending, many, moving, proposing, start
 from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
@@ -16,6 +16,7 @@ COMMANDS: tuple[Callable[..., str], ...] = (
     *(capturing.suggest, capturing.capture, capturing.contour, capturing.overlay),
     many.batch,
     lending.retarget,
+    proposing.propose,
 )
 MOCAP: tuple[Callable[..., str], ...] = (moving.report,)
 """The subcommands of `tooncap mocap`."""

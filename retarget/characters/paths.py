@@ -172,4 +172,5 @@ def painted(path: DrawnPath) -> object:
             for line in lines
             if np.ptp(line, axis=0).max() > 0
         ]
-    return shapely.union_all([part for part in parts if part.area > 0])
+    whole = [shapely.make_valid(part) for part in parts if part.area > 0]  # a mitred line may cross itself
+    return shapely.union_all([part for part in whole if part.area > 0])

@@ -22,34 +22,49 @@ FARTHEST = 1e9
 """Pixels from the page's corner, beyond which a shape is a slip, and arithmetic goes wrong."""
 
 
-def read_svg(path: str | Path) -> tuple[list[DrawnPath], list[str]]:
-    """The painted elements of an SVG file, back to front, and notes on what could not be drawn.
+def read_svg(path: str | Path, group: str = "") -> tuple[list[DrawnPath], list[str]]:
+    """The painted elements of an SVG file, or of its element with an id, back to front, and what could not be drawn.
 
     Groups, transforms, `use`, the viewBox and style sheets are resolved; one unit is one pixel of the
     file's own size.  A group's opacity is given to its members.
     """
-    from svgelements import SVG
-
     path = Path(path)
     root, notes = open_svg(path)
     gradients = {
         element.get("id"): element for element in root.iter() if tag(element) in ("linearGradient", "radialGradient")
     }
-    clean = io.BytesIO(ElementTree.tostring(root))
+    document = _understood(root, path)
+    drawn = []
+    painted = [one for one in document.elements() if one.id == group] if group else document
     try:
-        document = SVG.parse(clean, reify=False, ppi=96, color="black")
+        _walk(painted, 1.0, gradients, drawn, notes)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    if not drawn and group:
+        raise InputError(f"{path} must paint something in an element with the id {group!r}, it does not: name it so")
+    if not drawn:
+        raise InputError(f"{path} must hold at least one shape with a fill or a stroke, there is none: draw one")
+    return drawn, sorted(set(notes))
+
+
+def read_page(path: str | Path) -> tuple[tuple[float, float], list[str]]:
+    """An SVG file's own width and height in pixels, and the ids of its outermost groups."""
+    root, _ = open_svg(Path(path))
+    document = _understood(root, Path(path))
+    names = [child.get("id", "") for child in root if tag(child) == "g"]
+    return (float(document.width or 0), float(document.height or 0)), [name for name in names if name]
+
+
+def _understood(root: ElementTree.Element, path: Path) -> Any:
+    from svgelements import SVG
+
+    try:
+        document = SVG.parse(io.BytesIO(ElementTree.tostring(root)), reify=False, ppi=96, color="black")
     except Exception as error:  # the parser raises whatever its guess ran into
         raise InputError(f"{path} must be an SVG drawing, it cannot be understood: {error!r}") from None
     if not isinstance(document, SVG):
         raise InputError(f'{path} must be an SVG drawing, with xmlns="http://www.w3.org/2000/svg": export it again')
-    drawn = []
-    try:
-        _walk(document, 1.0, gradients, drawn, notes)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    if not drawn:
-        raise InputError(f"{path} must hold at least one shape with a fill or a stroke, there is none: draw one")
-    return drawn, sorted(set(notes))
+    return document
 
 
 def _walk(
