@@ -27,3 +27,17 @@ def extended(curves: NDArray, before: int, after: int, loop: bool = False, trave
     gone = 2 * (curves[-1] - curves[0])
     out = np.where(back.reshape(shape), 2 * curves[-1] - there, there)
     return out + rounds.reshape(shape) * gone
+
+
+def travel_of(path: NDArray) -> NDArray:
+    """How far (d,) a loop's root goes on its path (T, d) in one round; nothing where it ends up where it began.
+
+    The step from the last frame back to the first was not captured: it is taken to be like its neighbours.
+    """
+    path = np.asarray(path, float)
+    steps = np.diff(path, axis=0)
+    if len(steps) < 2:
+        return np.zeros(path.shape[1:])
+    near, far = steps[0] + steps[-1], steps[1] + steps[-2]
+    around = path[-1] - path[0] + (4 * near - far) / 6  # the cubic through the two steps before and the two after
+    return around if np.linalg.norm(around) > 2 * np.linalg.norm(steps, axis=-1).max() else np.zeros_like(around)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.ends import extended
+from mocap.ends import extended, travel_of
 from mocap.rubber import suspended
 
 STEPS = 240
@@ -38,14 +38,15 @@ def follow(
     blend: NDArray | float | None = None,
     loop: bool = False,
     preroll: float = 0.5,
-    travel: NDArray | float = 0.0,
+    travel: NDArray | float | None = None,
 ) -> NDArray:
     """Sub-joints (T, S, 3) that swing after positions (T, S, 3), the same at any frame rate.
 
     `frequency` in Hz and `damping` are for all or for each (S,); `links` is how stiff links are, times their lower
     end's anchor.  `blend`, for all or (S,), is how much of the swing is taken: without it nothing at roots and all of
     it at the tip furthest from them.  `preroll` seconds are played first, the motion reflected oddly.  With `loop`
-    frame T is frame 0 again, `travel` (3,) further on, and the swing comes back to where it began.
+    frame T is frame 0 again, `travel` (3,) further on (as far as the first sub-joint goes, if not given), and the swing
+    comes back to where it began.
     """
     away, _ = swing(positions, parents, fps, frequency, damping, links, loop, preroll, travel)
     share = reach(positions, parents) if blend is None else np.broadcast_to(np.asarray(blend, float), len(parents))
@@ -71,12 +72,13 @@ def swing(
     links: float = 1.0,
     loop: bool = False,
     preroll: float = 0.5,
-    travel: NDArray | float = 0.0,
+    travel: NDArray | float | None = None,
     compiled: bool = True,
 ) -> tuple[NDArray, NDArray]:
     """How far (T, S, 3) sub-joints on springs are from their anchors, and how quickly (T, S, 3) that changes."""
     positions = _checked(positions, parents, fps, frequency, damping, links, loop, preroll)
     frames, count, _ = positions.shape
+    travel = travel_of(positions[:, 0]) if travel is None else travel
     early = 0 if loop else min(round(preroll * fps), frames - 1)
     anchors = extended(positions, early, int(loop), loop, travel)  # a loop's last interval leads to frame 0
     closed = None

@@ -152,6 +152,8 @@ def test_a_loop_stays_a_loop(damping):
     often = np.concatenate([once + n * travel for n in range(40)])
     long, _ = followthrough.swing(often, CHAIN, 24, 2.0, damping, preroll=0.0)
     np.testing.assert_allclose(away, long[-72:-48], atol=1e-3 * size(away))  # the last round has an open end
+    found, _ = followthrough.swing(once, CHAIN, 24, 2.0, damping, loop=True)
+    np.testing.assert_allclose(found, away, atol=0.02 * size(away))  # how far it goes is not said
 
 
 def test_a_swing_is_under_way_when_a_motion_begins_in_its_middle():
