@@ -1,11 +1,25 @@
-"""A motion made of rubber: what the whole chain gives (Kwon & Lee 2008)."""
+"""A motion made of rubber: the whole chain of Kwon & Lee 2008, from captured joints to turned and stretched sub-joints.
 
-from dataclasses import dataclass
+joints -> pushed away from their average -> not too long, and short as often as long -> sub-joints on curves
+       -> swinging after -> feet where they stood -> turned
+"""
 
-from numpy.typing import NDArray
+from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mocap import quaternions as quat
+from mocap.rubber import amounts, exaggerate, lengths, squash, subjoints
+from mocap.rubber.orient import orientations
 from mocap.rubber.subjoints import SubJoints
-from mocap.skeleton import SkeletonMotion
+from mocap.skeleton import Skeleton, SkeletonMotion
+
+SOFT = 0.5
+"""The last half of the way to the longest and shortest that a link may be is taken ever more slowly."""
+
+JOLT = 6.0
+"""A first pose from which all joints jump so many times further than ever after is no part of the motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,3 +32,131 @@ class RubberMotion:
     rotation: NDArray  # (T, S, 4) quaternions (x, y, z, w) in the world; at rest none is turned
     stretch: NDArray  # (T, S) length of the sub-link above a sub-joint, times its length at rest; roots 1
     thickness: NDArray  # (T, S) how thick that sub-link is, times at rest: 1 / sqrt(stretch) keeps its volume
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+
+def make_rubber(
+    motion: SkeletonMotion,
+    omega: ArrayLike | None = None,
+    sigma: ArrayLike = 0.15,
+    most_stretch: float = 1.6,
+    squashed: float = 0.5,
+    hose: float = 1.0,
+    swing: float = 0.0,
+    calm: ArrayLike | None = None,
+    loop: bool = False,
+) -> RubberMotion:
+    """Exaggerate an upright motion and bend its limbs.
+
+    `omega` is how much, for all or for each joint, over time too (see `exaggerate`); without it each part of the body
+    is exaggerated as much as keeps its links within `most_stretch` times their length, at most `amounts.MOST` times.
+    `sigma` is the seconds of the average that is exaggerated against, `squashed` 0 to 1 how much stretch alternates
+    with squash, `hose` 0 to 1 how round limbs bend, `swing` 0 to 1 how much of the springs' follow-through is taken.
+    """
+    motion = rooted(motion)
+    if posed_first(motion):
+        first = plain(motion.part(0, 1), hose)
+        after = make_rubber(motion.part(1, len(motion)), omega, sigma, most_stretch, squashed, hose, swing, calm, loop)
+        note = "the first frame is a pose set before the captured motion: it is kept as it is"
+        return _joined(first, after, replace(motion, notes=(*motion.notes, note)))
+    parts = subjoints.subdivide(motion.skeleton)
+    captured, turns = joints_of(motion)
+    pushed = _pushed(motion, captured, parts, omega, sigma, most_stretch, calm, loop)
+    pushed = _within(pushed, motion, most_stretch, squashed, loop)
+    placed = subjoints.place(subjoints.placing(parts, hose), pushed)
+    if swing:
+        from mocap.rubber import followthrough
+
+        placed += swing * (followthrough.follow(placed, parts.parents, motion.fps, loop=loop) - placed)
+    return finished(motion, parts, placed, captured, turns)
+
+
+def plain(motion: SkeletonMotion, hose: float = 0.0) -> RubberMotion:
+    """A motion as it was captured, on sub-joints."""
+    motion = rooted(motion)
+    parts = subjoints.subdivide(motion.skeleton)
+    captured, turns = joints_of(motion)
+    return finished(motion, parts, subjoints.place(subjoints.placing(parts, hose), captured), captured, turns)
+
+
+def finished(
+    motion: SkeletonMotion, parts: SubJoints, positions: NDArray, captured: NDArray, turns: NDArray
+) -> RubberMotion:
+    """The rubber motion of sub-joints at positions (T, S, 3), turned as their joints (T, J, 3), (T, J, 4) were."""
+    stretch = lengths.ratios(positions, parts.parents, parts.lengths())
+    rotation = orientations(positions, parts, captured, turns)
+    return RubberMotion(motion, parts, positions, rotation, stretch, squash.thickness_of(stretch))
+
+
+def joints_of(motion: SkeletonMotion) -> tuple[NDArray, NDArray]:
+    """Where joints are (T, J, 3), and how they are turned in the world (T, J, 4)."""
+    own = (np.ascontiguousarray(array.transpose(1, 2, 0)) for array in (motion.translation, motion.rotation))
+    places, turns = quat.world(motion.skeleton.parents, *own)
+    return places.transpose(2, 0, 1), turns.transpose(2, 0, 1)
+
+
+def rooted(motion: SkeletonMotion) -> SkeletonMotion:
+    """The motion with each joint that moves freely against its parent made a root, and links as long as they are.
+
+    Some files hang moving hips on a root that stays on the floor: what lies between them is no link.
+    """
+    skeleton, parents = motion.skeleton, np.array(motion.skeleton.parents)
+    middle = np.median(motion.translation, axis=0)
+    away = np.abs(motion.translation - middle).max(axis=(0, 2))
+    body = np.linalg.norm(middle[parents >= 0], axis=1).sum()
+    free = (parents >= 0) & (away > 0.01 * body)
+    settled = Skeleton(
+        skeleton.names,
+        tuple(np.where(free, -1, parents).tolist()),
+        np.where((parents >= 0)[:, None] & ~free[:, None], middle, skeleton.offsets),
+    )
+    if not free.any():
+        return replace(motion, skeleton=settled)
+    places, turns = joints_of(motion)
+    translation, rotation = motion.translation.copy(), motion.rotation.copy()
+    translation[:, free], rotation[:, free] = places[:, free], turns[:, free]
+    return replace(motion, skeleton=settled, translation=translation, rotation=rotation)
+
+
+def posed_first(motion: SkeletonMotion) -> bool:
+    """Whether the first frame is a pose that somebody set before the motion, as a T-pose is in many CMU files."""
+    if len(motion) < 4:
+        return False
+    turn = np.abs((motion.rotation[1:] * motion.rotation[:-1]).sum(axis=-1)).clip(max=1)
+    jumps = np.arccos(turn).mean(axis=1)
+    return bool(jumps[0] > JOLT * jumps[1:].max() and jumps[0] > 0.05)
+
+
+def _pushed(
+    motion: SkeletonMotion,
+    captured: NDArray,
+    parts: SubJoints,
+    omega: ArrayLike | None,
+    sigma: ArrayLike,
+    most_stretch: float,
+    calm: ArrayLike | None,
+    loop: bool,
+) -> NDArray:
+    calm = exaggerate.calm_of(motion.fps, sigma) if calm is None else calm
+    deviations = exaggerate.deviation(captured, motion.fps, sigma, calm, loop)
+    if omega is None:
+        omega = amounts.omega_of(captured, deviations, parts, most_stretch)
+    return exaggerate.pushed(captured, deviations, omega, motion.skeleton.parents)
+
+
+def _within(pushed: NDArray, motion: SkeletonMotion, most_stretch: float, squashed: float, loop: bool) -> NDArray:
+    """Links squashed as they are stretched, and not longer or shorter than they may be."""
+    parents, rest = motion.skeleton.parents, motion.skeleton.lengths()
+    ratio = lengths.ratios(pushed, parents, rest)
+    if squashed:
+        ratio = squash.alternating(ratio, motion.fps, squashed, loop=loop)
+    ratio = lengths.bounded(ratio, 1 / most_stretch, most_stretch, SOFT)
+    return lengths.stretched(pushed, parents, rest, ratio)
+
+
+def _joined(first: RubberMotion, after: RubberMotion, source: SkeletonMotion) -> RubberMotion:
+    names = ("positions", "rotation", "stretch", "thickness")
+    arrays = {name: np.concatenate([getattr(first, name), getattr(after, name)]) for name in names}
+    return replace(after, source=source, **arrays)
