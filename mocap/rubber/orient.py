@@ -13,6 +13,9 @@ from mocap import quaternions as quat
 from mocap.rubber.subjoints import SubJoints
 from mocap.skeleton import Skeleton
 
+BIND = 0.3
+"""How much a joint with several children goes along with what it hangs on, beside how much it follows them all."""
+
 
 def orientations(positions: NDArray, subjoints: SubJoints, joints: NDArray, turns: NDArray) -> NDArray:
     """Turns (T, S, 4) of sub-joints at positions (T, S, 3), whose joints were at `joints` (T, J, 3), turned (T, J, 4).
@@ -29,6 +32,7 @@ def orientations(positions: NDArray, subjoints: SubJoints, joints: NDArray, turn
     result = np.empty((len(subjoints), *turns.shape[1:]))
     correction: list[NDArray] = []  # by how much each sub-joint is turned more than it was
     for s, (joint, along, above) in enumerate(zip(subjoints.joint.tolist(), subjoints.along, subjoints.parents)):
+        before = correction[above] if above >= 0 else None
         if along < 1:
             parent = skeleton.parents[joint]
             was = quat.product(turns[parent], quat.about(_unit(skeleton.offsets[joint]), along * twists[joint]))
@@ -38,11 +42,11 @@ def orientations(positions: NDArray, subjoints: SubJoints, joints: NDArray, turn
             ways = [(old[c] - old[joint], new[following[c, s]] - new[s]) for c in out[joint]]
             if len(ways) > 1:
                 weights = [np.linalg.norm(skeleton.offsets[c]) for c in out[joint]]
-                more = _nearest_turn(*(np.array(side) for side in zip(*ways)), np.array(weights))
+                more = _nearest_turn(*(np.array(side) for side in zip(*ways)), np.array(weights), before)
             elif ways:
                 more = quat.between(*ways[0])
             else:
-                more = correction[above] if above >= 0 else _none(turns[joint])
+                more = _none(turns[joint]) if before is None else before
         correction.append(more)
         result[s] = quat.product(more, was)
     return np.ascontiguousarray(quat.steady(result.swapaxes(0, 1)).transpose(2, 1, 0))
@@ -82,23 +86,29 @@ def _twists(subjoints: SubJoints, turns: NDArray) -> dict[int, NDArray]:
     return twists
 
 
-def _nearest_turn(first: NDArray, second: NDArray, weights: NDArray) -> NDArray:
-    """The turn (4, T) that takes directions (n, 3, T) nearest to others: Gauss and Newton on Wahba's problem."""
+def _nearest_turn(first: NDArray, second: NDArray, weights: NDArray, before: NDArray | None) -> NDArray:
+    """The turn (4, T) that takes directions (n, 3, T) nearest to others, and is near the turn of what comes before.
+
+    Gauss and Newton on Wahba's problem; without a turn before, near none.
+    """
     first, goal = (v / np.maximum(np.sqrt((v * v).sum(axis=1, keepdims=True)), 1e-12) for v in (first, second))
     weights = (weights / weights.sum())[:, None]
-    turn = _none(first[0])
+    turn, bind = (_none(first[0]), 1e-6) if before is None else (before, BIND)
+    back = quat.inverse(turn)
     for _ in range(4):
-        x, y, z = (axis for axis in quat.turned(turn[:, None], first.swapaxes(0, 1)))
+        x, y, z = quat.turned(turn[:, None], first.swapaxes(0, 1))
         a, b, c = goal.swapaxes(0, 1)
-        right = [(weights * side).sum(axis=0) for side in (y * c - z * b, z * a - x * c, x * b - y * a)]
+        away = quat.product(turn, back)
+        pull = 2 * bind * away[:3] * np.sign(away[3])
+        right = [(weights * v).sum(axis=0) for v in (y * c - z * b, z * a - x * c, x * b - y * a)] - pull
         xx, yy, zz, xy, xz, yz = ((weights * v).sum(axis=0) for v in (x * x, y * y, z * z, x * y, x * z, y * z))
-        turn = quat.product(quat.from_vector(_solve(yy + zz, xx + zz, xx + yy, -xy, -xz, -yz, right)), turn)
+        step = _solve(yy + zz + bind, xx + zz + bind, xx + yy + bind, -xy, -xz, -yz, right)
+        turn = quat.product(quat.from_vector(step), turn)
     return turn / np.sqrt((turn * turn).sum(axis=0))
 
 
-def _solve(xx: NDArray, yy: NDArray, zz: NDArray, xy: NDArray, xz: NDArray, yz: NDArray, right: list) -> NDArray:
-    """Symmetric equations of three unknowns (3, T), made regular: about what no direction tells there is no turn."""
-    xx, yy, zz = xx + 1e-6, yy + 1e-6, zz + 1e-6
+def _solve(xx: NDArray, yy: NDArray, zz: NDArray, xy: NDArray, xz: NDArray, yz: NDArray, right: NDArray) -> NDArray:
+    """Symmetric equations of three unknowns (3, T)."""
     a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
     d, e, f = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy
     r, s, t = right

@@ -4,13 +4,15 @@ joints -> pushed away from their average -> not too long, and short as often as 
        -> swinging after -> feet where they stood -> turned
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mocap import quaternions as quat
-from mocap.rubber import amounts, exaggerate, lengths, squash, subjoints
+from mocap.rubber import amounts, exaggerate, lengths, subjoints
+from mocap.rubber import squash as squashing
 from mocap.rubber.orient import orientations
 from mocap.rubber.subjoints import SubJoints
 from mocap.skeleton import Skeleton, SkeletonMotion
@@ -42,9 +44,11 @@ def make_rubber(
     omega: ArrayLike | None = None,
     sigma: ArrayLike = 0.15,
     most_stretch: float = 1.6,
-    squashed: float = 0.5,
+    squash: float = 0.5,
     hose: float = 1.0,
-    swing: float = 0.0,
+    follow: float = 0.0,
+    feet: Sequence[int] = (),
+    contacts: NDArray | None = None,
     calm: ArrayLike | None = None,
     loop: bool = False,
 ) -> RubberMotion:
@@ -52,24 +56,26 @@ def make_rubber(
 
     `omega` is how much, for all or for each joint, over time too (see `exaggerate`); without it each part of the body
     is exaggerated as much as keeps its links within `most_stretch` times their length, at most `amounts.MOST` times.
-    `sigma` is the seconds of the average that is exaggerated against, `squashed` 0 to 1 how much stretch alternates
-    with squash, `hose` 0 to 1 how round limbs bend, `swing` 0 to 1 how much of the springs' follow-through is taken.
+    `sigma` is the seconds of the average that is exaggerated against, `squash` 0 to 1 how much stretch takes turns
+    with squash, `hose` 0 to 1 how round limbs bend, `follow` 0 to 1 how much of the springs' swing is taken.  The
+    joints `feet` (F,) stay where they were captured while in contact (T, F), and go no lower than they ever were.
     """
     motion = rooted(motion)
     if posed_first(motion):
-        first = plain(motion.part(0, 1), hose)
-        after = make_rubber(motion.part(1, len(motion)), omega, sigma, most_stretch, squashed, hose, swing, calm, loop)
-        note = "the first frame is a pose set before the captured motion: it is kept as it is"
-        return _joined(first, after, replace(motion, notes=(*motion.notes, note)))
+        rest = None if contacts is None else contacts[1:]
+        later = motion.part(1, len(motion))
+        later = make_rubber(later, omega, sigma, most_stretch, squash, hose, follow, feet, rest, calm, loop)
+        return _joined(plain(motion.part(0, 1), hose), later, motion)
     parts = subjoints.subdivide(motion.skeleton)
     captured, turns = joints_of(motion)
-    pushed = _pushed(motion, captured, parts, omega, sigma, most_stretch, calm, loop)
-    pushed = _within(pushed, motion, most_stretch, squashed, loop)
+    calm = exaggerate.calm_of(motion.fps, sigma) if calm is None else calm
+    deviations = exaggerate.deviation(captured, motion.fps, sigma, calm, loop)
+    omega = amounts.omega_of(captured, deviations, parts, most_stretch) if omega is None else omega
+    pushed = exaggerate.pushed(captured, deviations, omega, motion.skeleton.parents)
+    pushed = _in_bounds(pushed, motion, most_stretch, squash, loop)
     placed = subjoints.place(subjoints.placing(parts, hose), pushed)
-    if swing:
-        from mocap.rubber import followthrough
-
-        placed += swing * (followthrough.follow(placed, parts.parents, motion.fps, loop=loop) - placed)
+    placed = _swinging(placed, parts, motion.fps, follow, loop)
+    placed = _standing(placed, parts, captured, feet, contacts, motion.fps)
     return finished(motion, parts, placed, captured, turns)
 
 
@@ -87,7 +93,7 @@ def finished(
     """The rubber motion of sub-joints at positions (T, S, 3), turned as their joints (T, J, 3), (T, J, 4) were."""
     stretch = lengths.ratios(positions, parts.parents, parts.lengths())
     rotation = orientations(positions, parts, captured, turns)
-    return RubberMotion(motion, parts, positions, rotation, stretch, squash.thickness_of(stretch))
+    return RubberMotion(motion, parts, positions, rotation, stretch, squashing.thickness_of(stretch))
 
 
 def joints_of(motion: SkeletonMotion) -> tuple[NDArray, NDArray]:
@@ -129,34 +135,38 @@ def posed_first(motion: SkeletonMotion) -> bool:
     return bool(jumps[0] > JOLT * jumps[1:].max() and jumps[0] > 0.05)
 
 
-def _pushed(
-    motion: SkeletonMotion,
-    captured: NDArray,
-    parts: SubJoints,
-    omega: ArrayLike | None,
-    sigma: ArrayLike,
-    most_stretch: float,
-    calm: ArrayLike | None,
-    loop: bool,
-) -> NDArray:
-    calm = exaggerate.calm_of(motion.fps, sigma) if calm is None else calm
-    deviations = exaggerate.deviation(captured, motion.fps, sigma, calm, loop)
-    if omega is None:
-        omega = amounts.omega_of(captured, deviations, parts, most_stretch)
-    return exaggerate.pushed(captured, deviations, omega, motion.skeleton.parents)
-
-
-def _within(pushed: NDArray, motion: SkeletonMotion, most_stretch: float, squashed: float, loop: bool) -> NDArray:
+def _in_bounds(pushed: NDArray, motion: SkeletonMotion, most_stretch: float, squash: float, loop: bool) -> NDArray:
     """Links squashed as they are stretched, and not longer or shorter than they may be."""
     parents, rest = motion.skeleton.parents, motion.skeleton.lengths()
     ratio = lengths.ratios(pushed, parents, rest)
-    if squashed:
-        ratio = squash.alternating(ratio, motion.fps, squashed, loop=loop)
+    if squash:
+        ratio = squashing.alternating(ratio, motion.fps, squash, loop=loop)
     ratio = lengths.bounded(ratio, 1 / most_stretch, most_stretch, SOFT)
     return lengths.stretched(pushed, parents, rest, ratio)
 
 
-def _joined(first: RubberMotion, after: RubberMotion, source: SkeletonMotion) -> RubberMotion:
+def _swinging(placed: NDArray, parts: SubJoints, fps: float, share: float, loop: bool) -> NDArray:
+    if not share:
+        return placed
+    from mocap.rubber import followthrough
+
+    return placed + share * (followthrough.follow(placed, parts.parents, fps, loop=loop) - placed)
+
+
+def _standing(
+    placed: NDArray, parts: SubJoints, captured: NDArray, feet: Sequence[int], contacts: NDArray | None, fps: float
+) -> NDArray:
+    if not len(feet):
+        return placed
+    from mocap.rubber import feet as standing
+
+    if contacts is not None:
+        placed = standing.kept(placed, parts, captured, feet, contacts, fps)
+    return standing.above(placed, parts, feet, captured)
+
+
+def _joined(first: RubberMotion, later: RubberMotion, source: SkeletonMotion) -> RubberMotion:
     names = ("positions", "rotation", "stretch", "thickness")
-    arrays = {name: np.concatenate([getattr(first, name), getattr(after, name)]) for name in names}
-    return replace(after, source=source, **arrays)
+    arrays = {name: np.concatenate([getattr(first, name), getattr(later, name)]) for name in names}
+    note = "the first frame is a pose set before the captured motion: it is kept as it is"
+    return replace(later, source=replace(source, notes=(*source.notes, note)), **arrays)
