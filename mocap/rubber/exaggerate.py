@@ -62,7 +62,7 @@ def deviation(
 ) -> NDArray:
     """How far places (T, J, 3), averaged over `calm` seconds, are from their average over `sigma` (eqs. 2 and 3).
 
-    In a loop the frame after the last is the first, further on by as much as the first joint has travelled.
+    In a loop the frame after the last is the first, further on by as much as the body has travelled.
     """
     shape = positions.shape[:2]
     wide, narrow = _fitting(sigma, shape, "sigma") * fps, _fitting(calm, shape, "calm") * fps
@@ -116,17 +116,21 @@ def _fitting(values: ArrayLike, shape: tuple[int, int], name: str) -> NDArray:
 
 
 def _straight(positions: NDArray, loop: bool) -> NDArray:
-    """What is not averaged (T, 1 or J, 3): the line between the ends; in a loop, how the first joint travels."""
+    """What is not averaged (T, J, 3): the line between the ends; in a loop, how the body travels."""
     along = np.linspace(0, 1, len(positions))[:, None, None]
     first, last = positions[0], positions[-1]
     if not loop:
         return (1 - along) * first + along * last
-    steps = np.diff(positions[:, 0], axis=0)
+    steps = np.diff(positions, axis=0)
     near, far = steps[0] + steps[-1], steps[min(1, len(steps) - 1)] + steps[-min(2, len(steps))]
-    around = last[0] - first[0] + (4 * near - far) / 6  # the step back to the first frame: a cubic through others
-    if np.linalg.norm(around) <= 2 * np.linalg.norm(steps, axis=1).max():  # it ends where it began, but for a step
-        around = np.zeros(3)
-    return along * (1 - 1 / len(positions)) * around
+    around = (
+        last - first + (4 * near - far) / 6
+    )  # with the step back to the first frame: a cubic through its neighbours
+    travel = around.mean(axis=0)
+    if np.linalg.norm(travel) <= 2 * np.linalg.norm(steps, axis=-1).mean():  # it ends where it began, but for a step
+        return np.zeros((1, 1, 1))
+    along_with = np.linalg.norm(around, axis=-1, keepdims=True) > 0.5 * np.linalg.norm(travel)
+    return along * (1 - 1 / len(positions)) * np.where(along_with, travel, 0.0)
 
 
 def _averaged(rest: NDArray, widths: NDArray, loop: bool, less: NDArray | None = None) -> NDArray:

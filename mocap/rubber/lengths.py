@@ -31,13 +31,18 @@ def clamped(
     From the root outwards each link keeps its direction.  With `soft`, 0 to 1, the last so much of the way to a bound
     is taken ever more slowly, so that a limb that reaches it does not stop dead.
     """
+    ratio = bounded(ratios(positions, parents, lengths), least, most, soft)
+    return stretched(positions, parents, lengths, ratio)
+
+
+def bounded(ratio: NDArray, least: float, most: float, soft: float = 0.0) -> NDArray:
+    """Ratios (T, J) kept between `least` and `most`; in their logarithms, half as long is as far as twice as long."""
     if not (0 < least <= 1 <= most < np.inf and 0 <= soft <= 1):
         raise InputError(
             f"links may be 0 < least <= 1 <= most times their length, softly 0 to 1, they came as {least:g}, {most:g} "
             f"and {soft:g}: choose others"
         )
-    long = _slowed(np.log(np.maximum(ratios(positions, parents, lengths), 1e-9)), np.log(least), np.log(most), soft)
-    return stretched(positions, parents, lengths, np.exp(long))
+    return np.exp(_slowed(np.log(np.maximum(ratio, 1e-9)), np.log(least), np.log(most), soft))
 
 
 def stretched(positions: NDArray, parents: tuple[int, ...], lengths: NDArray, ratio: NDArray) -> NDArray:
