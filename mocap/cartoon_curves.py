@@ -20,7 +20,7 @@ from mocap import filters, joint_filters
 PAUSE = 4
 """A drawing shown for so many frames, and for twice as many as usual, is a pause."""
 
-BEYOND = 0.5
+BEYOND = 0.3
 """How far key weights may go beyond 0 to 1; where the source itself goes further, as far as there."""
 
 STRETCH = 2.5
