@@ -28,6 +28,10 @@ class Knobs:
     turn: bool = True  # repeat what comes round until it covers B
 
 
+ALL = Knobs()
+"""The whole analogy."""
+
+
 @dataclass(frozen=True, eq=False)
 class Made:
     """The curves of B', and how they came about."""
@@ -40,7 +44,7 @@ class Made:
     notes: tuple[str, ...]
 
 
-def analogy(one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, knobs: Knobs = Knobs()) -> SkeletonMotion:
+def analogy(one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, knobs: Knobs = ALL) -> SkeletonMotion:
     """The motion B' on B's skeleton: `two` is to `one` as it is to `three`; all upright, in metres.
 
     Joints are matched by name, whatever prefix they carry; sizes are told in the length of the skeleton.  What has no
@@ -52,7 +56,7 @@ def analogy(one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, kno
 
 
 def skeleton_curves(
-    one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, knobs: Knobs = Knobs()
+    one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, knobs: Knobs = ALL
 ) -> tuple[Made, curving.Start]:
     """What `analogy` makes before it becomes a skeleton again, and where B sets off."""
     from mocap.analogy.match import renamed
@@ -72,7 +76,7 @@ def skeleton_curves(
     return replace(made, notes=(*notes, *made.notes)), start
 
 
-def curve_analogy(one: Curves, two: Curves, three: Curves, knobs: Knobs = Knobs()) -> Made:
+def curve_analogy(one: Curves, two: Curves, three: Curves, knobs: Knobs = ALL) -> Made:
     """The same of any curves; channels are matched by owner and kind, at B's frame rate."""
     _check(one, two, three)
     fps = three.fps
