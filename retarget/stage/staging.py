@@ -74,7 +74,7 @@ def stand(performance: Performance, motion: CartoonMotion) -> Performance:
     under = _deepest(performance)[first]
     wanted = np.where(touched, low - under, np.nan)
     up = offsets.calmest(times, RISES, wanted, most=level - under) if np.isfinite(under).all() else 0 * times
-    feet = _one_at_a_time([_followed(performance, contact, drawing) for contact in contacts(motion, level)])
+    feet = one_at_a_time([_followed(performance, contact, drawing) for contact in contacts(motion, level)])
     begun = np.full(len(times), np.nan)
     if feet and feet[0][0][0] == 0:  # whoever begins on the ground begins where the cast has put it
         on, path = feet.pop(0)
@@ -98,7 +98,7 @@ def keep(performance: Performance, stays: Sequence[Stay], half_life: float = STR
             else:
                 fixed[frames] = np.where(np.isnan(fixed[frames]), stay.place[axis] - foot, fixed[frames])
         feet = [(on[np.isnan(fixed[on])], path[np.isnan(fixed[on])]) for on, path in feet]
-        moved.append(offsets.calmest(performance.times, half_life, fixed, _one_at_a_time(feet)))
+        moved.append(offsets.calmest(performance.times, half_life, fixed, one_at_a_time(feet)))
     return shifted(performance, np.stack(moved, axis=-1))
 
 
@@ -210,7 +210,7 @@ def _followed(performance: Performance, contact: Contact, drawing: NDArray) -> o
     return on, path[at]
 
 
-def _one_at_a_time(feet: Sequence[offsets.Path]) -> list[offsets.Path]:
+def one_at_a_time(feet: Sequence[offsets.Path]) -> list[offsets.Path]:
     """Feet that stand at the same time share it: the old one leads for the first half, the new one from there on."""
     leads: list[offsets.Path] = []
     for on, path in feet:
