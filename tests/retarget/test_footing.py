@@ -1,6 +1,7 @@
 """A motion that was changed stands where its source stood."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,14 +13,22 @@ from mocap import cartoon_curves
 from retarget.stage import footing, staging
 
 
+@cache
+def three(toon):
+    """A cartoon as it was drawn, exaggerated, and put on its feet."""
+    source = write.motion_of(toon())
+    changed = cartoon_curves.cartoon(source, 1.1)
+    return source, changed, footing.footed(changed, source)
+
+
 @pytest.fixture(scope="module")
 def source():
-    return write.motion_of(frog())
+    return three(frog)[0]
 
 
 @pytest.fixture(scope="module")
-def changed(source):
-    return cartoon_curves.cartoon(source, 1.2)
+def changed():
+    return three(frog)[1]
 
 
 def low(motion):
@@ -27,7 +36,7 @@ def low(motion):
 
 
 def test_feet_touch_the_ground_when_they_did_and_never_sink(source, changed):
-    level = staging.ground(source)
+    level, ours = staging.ground(source), three(frog)[2]
     ours = footing.footed(changed, source)
     first = ~source.track("frog").held
     touched = first & (np.abs(low(source) - level) < 1.0)
@@ -38,9 +47,7 @@ def test_feet_touch_the_ground_when_they_did_and_never_sink(source, changed):
 
 @pytest.mark.parametrize("toon", [frog, walker])
 def test_a_foot_that_stays_does_not_slide(toon):
-    source = write.motion_of(toon())
-    changed = cartoon_curves.cartoon(source, 1.0)
-    ours = footing.footed(changed, source)
+    source, changed, ours = three(toon)
     steps = {motion: [] for motion in (changed, ours)}  # how far the foot that slides least slides, frame by frame
     for motion, found in steps.items():
         slides = np.full((len(source.times), 9), np.inf)
@@ -55,15 +62,14 @@ def test_a_foot_that_stays_does_not_slide(toon):
 
 def test_longer_strides_go_farther():
     """Feet that were put back where the source's stood would jerk a walker to and fro at every step."""
-    source = write.motion_of(walker())
-    ours = footing.footed(cartoon_curves.cartoon(source, 1.0), source)
+    source, _, ours = three(walker)
     torso = [motion.points(motion.tracks[0].part)[..., 0].mean(axis=1) for motion in (source, ours)]
     assert torso[1][-1] - torso[1][0] > 1.1 * (torso[0][-1] - torso[0][0])
     assert np.diff(torso[1])[~source.tracks[0].held[1:]].min() > -2.0
 
 
 def test_in_the_air_it_is_moved_calmly(source, changed):
-    ours = footing.footed(changed, source)
+    ours = three(frog)[2]
     moved = (ours.track("frog").affine - changed.track("frog").affine)[..., 2]
     drawn = moved[~source.track("frog").held]
     assert np.abs(np.diff(drawn, 2, axis=0)).max() < 0.6 * np.abs(drawn).max()
