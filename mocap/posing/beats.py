@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 
 SLOWEST, FASTEST = 40.0, 240.0
+QUICKEST = 135.0
+"""Beats a minute of which every one is danced."""
+
 USUAL = 110.0
 """Beats a minute that a listener expects; twice and half of it are about half as likely."""
 
@@ -20,7 +23,7 @@ BANDS = 40
 QUICK = 190.0
 """No tempo is doubled beyond this."""
 
-EVEN, WEAK = 0.85, 0.6
+EVEN, WEAK = 0.75, 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,11 @@ def steady(bpm: float, seconds: float, first: float = 0.0) -> Beats:
 def halved(beats: Beats) -> Beats:
     """Every second beat: half-time, for music too quick to dance every beat of."""
     return Beats(beats.times[::2], beats.bpm / 2, beats.seconds)
+
+
+def danced(beats: Beats) -> Beats:
+    """The beats to dance: every one, or above QUICKEST every second."""
+    return halved(beats) if beats.bpm > QUICKEST else beats
 
 
 def read_beats(path: str | Path) -> Beats:

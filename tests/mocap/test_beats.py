@@ -43,6 +43,63 @@ def test_weak_clicks_between_beats_do_not_double_the_tempo(bpm):
     assert beats.heard(clicks(bpm, off=0.25, noise=0.01), RATE).bpm == pytest.approx(bpm, rel=0.02)
 
 
+PATTERNS = {  # beats of a bar of four on which kick, snare and hat are played
+    "rock": ([0, 2], [1, 3], np.arange(0, 4, 0.5)),
+    "funk": ([0, 1.5, 2.5], [1, 3], np.arange(0, 4, 0.25)),
+    "four on the floor": ([0, 1, 2, 3], [1, 3], np.arange(0.5, 4)),
+    "half-time": ([0], [2], np.arange(0, 4, 0.5)),
+}
+
+
+def drums(bpm, pattern, bass=True, seconds=14.0, first=0.3):
+    """A drum kit, and a bass note on every beat: what music has besides clicks, loud and soft, high and low."""
+    rng = np.random.default_rng(3)
+    sound, t = rng.normal(0, 0.002, int(seconds * RATE)), np.arange(int(0.25 * RATE)) / RATE
+    kick = np.exp(-t / 0.06) * np.sin(2 * np.pi * (50 * t + 1.8 * (1 - np.exp(-t / 0.03))))
+    snare = np.exp(-t / 0.05) * (0.42 * rng.normal(size=len(t)) + 0.35 * np.sin(2 * np.pi * 190 * t))
+    hat = 0.15 * np.diff(np.exp(-t / 0.015) * rng.normal(size=len(t)), prepend=0)
+    held = np.arange(int(54 / bpm * RATE)) / RATE
+    notes = [0.25 * np.exp(-held / 0.4) * np.sin(2 * np.pi * pitch * held) for pitch in (55, 55, 65.4, 73.4)]
+    played = [(beat, what) for what, beats in zip((kick, snare, hat), PATTERNS[pattern]) for beat in beats]
+    for bar in np.arange(first, seconds, 240 / bpm):
+        for beat, what in played + list(enumerate(notes)) * bass:
+            start = round((bar + beat * 60 / bpm) * RATE)
+            if start + len(what) < len(sound):
+                sound[start : start + len(what)] += what
+    return sound
+
+
+def off_beat(found, bpm, first=0.3):
+    """Seconds between each beat found and the nearest that was played."""
+    return np.abs((found.times - first + 30 / bpm) % (60 / bpm) - 30 / bpm)
+
+
+@pytest.mark.parametrize("bpm", [72, 90, 107, 120, 133, 150, 168, 180])
+@pytest.mark.parametrize("pattern", ["rock", "funk"])
+def test_the_tempo_of_a_drum_kit_is_heard(bpm, pattern):
+    found = beats.heard(drums(bpm, pattern), RATE)
+    assert found.bpm == pytest.approx(bpm, rel=0.02)
+    assert np.median(off_beat(found, bpm)) < 0.02 and off_beat(found, bpm).max() < 0.06
+
+
+@pytest.mark.parametrize("bpm", [66, 90, 118, 140, 176])
+@pytest.mark.parametrize(
+    "pattern, bass", [("four on the floor", True), ("four on the floor", False), ("half-time", True)]
+)
+def test_drums_that_are_counted_in_two_ways_are_heard_in_one_of_them(bpm, pattern, bass):
+    """With a snare on the third beat alone, who counts half as fast is right as well; what is heard is on beats."""
+    found = beats.heard(drums(bpm, pattern, bass), RATE)
+    assert min(abs(found.bpm / bpm - 1), abs(found.bpm / bpm - 0.5)) < 0.02
+    assert np.median(off_beat(found, bpm)) < 0.02
+
+
+@pytest.mark.parametrize(("bpm", "step"), [(60, 1), (135, 1), (136, 2), (200, 2)])
+def test_of_quick_music_every_second_beat_is_danced(bpm, step):
+    music = beats.steady(bpm, 20)
+    np.testing.assert_allclose(beats.danced(music).times, music.times[::step])
+    assert beats.danced(music).bpm == bpm / step
+
+
 def midi(path, tempos, length, ticks=480):
     """A MIDI file with tempo changes [(beat, bpm)], written message by message."""
     import mido
