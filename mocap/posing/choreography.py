@@ -5,6 +5,8 @@
     repeats = 2                      # how often it is danced in all
     mirror = true                    # every second time with left and right swapped
     half = false                     # twice as slowly: its beats are every second beat of the music
+    pulse = "crouch"                 # a posture besides, between beats alone, so that the dancer comes up on each
+    depth = 0.3                      # its extent
 
     [[phrases.steps]]
     beat = 0                         # of the phrase, from 0; 1.5 is half-way between the second and the third
@@ -18,10 +20,11 @@ All but a step's beat and posture can be left out.
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
-from itertools import count
 from pathlib import Path
+
+import numpy as np
 
 from capture.errors import InputError
 from capture.files import written_beside
@@ -53,6 +56,8 @@ class Phrase:
     repeats: int = 1
     mirror: bool = False
     half: bool = False
+    pulse: str = ""
+    depth: float = 0.3
 
 
 @dataclass(frozen=True)
@@ -72,19 +77,15 @@ def unrolled(dance: Dance, beats: float | None = None) -> tuple[Step, ...]:
 
     It lasts so many beats: cut where it is longer, danced again from its beginning where it is shorter; once without.
     """
-    checked(dance)
-    length = dance.beats
-    steps = []
-    for again in count():
-        for step in _once(dance):
-            step = replace(step, beat=step.beat + again * length)
-            if beats is None or step.beat <= beats:
-                steps.append(step)
-        if beats is None or (again + 1) * length > beats or len(steps) > MOST:
-            break
-    if len(steps) > MOST:
-        raise InputError(f"a dance must have at most {MOST} steps, this one has more: let it end earlier")
-    return tuple(sorted(steps, key=lambda step: step.beat))
+    return _repeated(dance, beats, _steps)
+
+
+def pulses(dance: Dance, beats: float | None = None) -> tuple[Step, ...]:
+    """The steps of what a dancer does besides: its pulse half-way to every beat, and rest on it.
+
+    Where a step lies half-way there is none, so that on its beat every posture is what it is.
+    """
+    return _repeated(dance, beats, _pulse)
 
 
 def read_dance(path: str | Path) -> Dance:
@@ -127,6 +128,8 @@ def checked(dance: Dance) -> Dance:
                 f"a phrase must last some beats and be danced once or more, phrase {number} lasts {phrase.beats:g} and "
                 f"is danced {phrase.repeats} times: give a whole number from 1 to {MOST}"
             )
+        if not abs(phrase.depth) <= 10:
+            raise InputError(f"a depth must be between -10 and 10, that of phrase {number} is {phrase.depth:g}")
         for step in phrase.steps:
             _check(step, phrase, number)
     return dance
@@ -149,16 +152,43 @@ def _check(step: Step, phrase: Phrase, number: int) -> None:
         raise InputError(f"a step must name its posture, the one on beat {step.beat:g} of phrase {number} does not")
 
 
-def _once(dance: Dance) -> Iterator[Step]:
-    start = 0.0
-    for phrase in dance.phrases:
-        slow = 2 if phrase.half else 1
-        for turn in range(phrase.repeats):
-            swapped = phrase.mirror and turn % 2 == 1
-            for step in phrase.steps:
+def _repeated(dance: Dance, beats: float | None, of: Callable[[Phrase], list[Step]]) -> tuple[Step, ...]:
+    """What `of` makes of each phrase, for as long as the dance lasts."""
+    checked(dance)
+    steps, start = [], 0.0
+    while start == 0 or (beats is not None and start <= beats):
+        for phrase, swapped in _turns(dance):
+            slow = 2 if phrase.half else 1
+            for step in of(phrase):
                 beat, hold = start + slow * step.beat, slow * step.hold
-                yield replace(step, beat=beat, hold=hold, mirror=step.mirror != swapped)
+                steps.append(replace(step, beat=beat, hold=hold, mirror=step.mirror != swapped))
             start += slow * phrase.beats
+            if len(steps) > MOST or start > MOST:
+                raise InputError(
+                    f"a dance must have at most {MOST} beats and steps, this one has more: let it end earlier"
+                )
+    steps = [step for step in steps if beats is None or step.beat <= beats]
+    return tuple(sorted(steps, key=lambda step: step.beat))
+
+
+def _turns(dance: Dance) -> Iterator[tuple[Phrase, bool]]:
+    """The phrases as often as they are danced, and whether mirrored."""
+    for phrase in dance.phrases:
+        for turn in range(phrase.repeats):
+            yield phrase, phrase.mirror and turn % 2 == 1
+
+
+def _steps(phrase: Phrase) -> list[Step]:
+    return list(phrase.steps)
+
+
+def _pulse(phrase: Phrase) -> list[Step]:
+    if not phrase.pulse:
+        return [Step(0.0, REST)]  # what was before it ends
+    taken = {step.beat for step in phrase.steps}
+    halves = [beat + 0.5 for beat in range(int(phrase.beats)) if beat + 0.5 not in taken]
+    down = [Step(beat, phrase.pulse, phrase.depth) for beat in halves if beat < phrase.beats]
+    return [Step(float(beat), REST) for beat in range(int(np.ceil(phrase.beats)))] + down
 
 
 def _table(record: Phrase | Step) -> list[str]:

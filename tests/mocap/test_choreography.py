@@ -1,13 +1,13 @@
 """Dances as files, and as steps one after the other."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture.errors import InputError
-from mocap.posing.choreography import Dance, Phrase, Step, read_dance, unrolled, write_dance
+from mocap.posing.choreography import Dance, Phrase, Step, pulses, read_dance, unrolled, write_dance
 
 WAVE = Phrase((Step(0, "arms up"), Step(2.5, "bow", 0.5, "spine", 0.25)), 4, 3, mirror=True)
 CLOSE = Phrase((Step(1, "arms out"),), 2, half=True)
@@ -38,6 +38,15 @@ def test_a_dance_goes_on_while_the_music_lasts_and_ends_with_it():
     assert [step.beat for step in unrolled(Dance((WAVE,)), 3)] == [0, 2.5]
 
 
+def test_the_pulse_is_half_way_to_every_beat_but_where_a_step_is():
+    beats = pulses(Dance((replace(WAVE, pulse="nod", depth=0.2, repeats=1), CLOSE)))
+    assert [(s.beat, s.posture) for s in beats] == [
+        *[(0, "rest"), (0.5, "nod"), (1, "rest"), (1.5, "nod"), (2, "rest"), (3, "rest"), (3.5, "nod")],
+        (4, "rest"),
+    ]
+    assert {s.extent for s in beats if s.posture == "nod"} == {0.2}
+
+
 texts = st.text(min_size=1, max_size=8)
 numbers = st.floats(0, 7.9, allow_subnormal=False)
 dances = st.lists(
@@ -50,6 +59,8 @@ dances = st.lists(
         st.integers(1, 9),
         st.booleans(),
         st.booleans(),
+        st.text(max_size=4),
+        st.floats(-2, 2),
     ),
     min_size=1,
     max_size=4,
@@ -67,7 +78,7 @@ def test_what_is_written_is_read(tmp_path_factory, dance):
 def test_every_field_comes_through_the_file():
     """The dances above are random; here no field has the value it has without saying."""
     step = Step(1.5, "bow", 0.5, "spine", 0.25, True)
-    phrase = Phrase((step,), 4.0, 3, True, True)
+    phrase = Phrase((step,), 4.0, 3, True, True, "nod", 0.5)
     for record in (step, phrase):
         assert all(getattr(record, one.name) != one.default for one in fields(record))
 

@@ -1,0 +1,106 @@
+"""A dance: postures of a pool, on the beats of a piece of music, by a skeleton's elastic joints."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.errors import InputError
+from mocap.body import Body, find_body
+from mocap.posing import mirror
+from mocap.posing.arrive import arriving
+from mocap.posing.beats import Beats
+from mocap.posing.choreography import REST, Dance, Step, pulses, unrolled
+from mocap.posing.postures import Pool, posed, turns_of
+from mocap.posing.standing import stood
+from mocap.posing.starting import kind_of
+from mocap.skeleton import Skeleton, SkeletonMotion
+
+
+def danced(
+    skeleton: Skeleton,
+    pool: Pool,
+    dance: Dance,
+    music: Beats,
+    fps: float = 24.0,
+    frequency: NDArray | float = 2.2,
+    damping: NDArray | float = 0.8,
+    extent: float = 1.0,
+    rest: NDArray | None = None,
+) -> SkeletonMotion:
+    """The motion of a skeleton, upright and in metres, that dances as long as the music lasts, its feet on the floor.
+
+    Its beats are those of the music, from the first; each posture is reached when its beat sounds.  What several steps
+    of one beat do to a joint is added; a joint that a part's steps do not concern goes on.  `rest` (J, 4) is how joints
+    stand at rest, `frequency` and `damping` are numbers or (J,), `extent` is how far all postures go.
+    """
+    if not 1 <= fps <= 1000:
+        raise InputError(f"frames a second must be 1 to 1000, got {fps:g}: 24 is film")
+    at_rest = posed(skeleton, np.zeros((1, len(skeleton), 3)), fps, rest).world()[0]
+    body = find_body(skeleton, at_rest[..., 3])
+    beats = len(music.times) - 1 + max(music.seconds - music.times[-1], 0) * music.bpm / 60
+    at = np.arange(max(int(np.ceil(music.seconds * fps - 1e-9)), 1)) / fps
+    felt = tuple(np.broadcast_to(value, len(skeleton)).astype(float) for value in (frequency, damping))
+    turns = np.zeros((len(at), len(skeleton), 3))
+    for steps in (unrolled(dance, beats), pulses(dance, beats)):
+        goals = _goals(skeleton, body, pool, steps, at_rest, extent)
+        turns += _layer(steps, goals, np.array([joints_of(step.part, body) for step in steps]), music, at, felt)
+    feet = () if kind_of(skeleton, rest) == "plant" else body.feet
+    return _on_floor(posed(skeleton, turns, fps, rest), feet, at_rest[..., 3])
+
+
+def _layer(
+    steps: Sequence[Step], goals: NDArray, concerned: NDArray, music: Beats, at: NDArray, felt: tuple[NDArray, NDArray]
+) -> NDArray:
+    """How joints turn (T, J, 3) at moments (T,), for goals (M, J, 3) of steps that concern joints (M, J)."""
+    beats = np.round([step.beat for step in steps], 6)
+    when, hold = music.at(beats), music.at(beats + [step.hold for step in steps]) - music.at(beats)
+    turns = np.zeros((len(at), *goals.shape[1:]))
+    for own in np.unique(concerned, axis=1).T:  # joints that the same steps concern move together
+        joints, mine = np.flatnonzero((concerned == own[:, None]).all(axis=0)), np.flatnonzero(own)
+        if not len(mine):
+            continue
+        together = [list(group) for _, group in groupby(mine, key=lambda step: beats[step])]
+        summed = np.array([goals[group][:, joints].sum(axis=0).reshape(-1) for group in together])
+        held = np.array([hold[group].max() for group in together])
+        springs = (np.repeat(value[joints], 3) for value in felt)
+        first = [group[0] for group in together]
+        turns[:, joints] = arriving(summed, when[first], at, *springs, held).reshape(len(at), -1, 3)
+    return turns
+
+
+def joints_of(part: str, body: Body) -> NDArray:
+    """Which joints (J,) a part has: "left arm" and the like, "arms", "legs", or "" for all."""
+    if not part:
+        return np.ones(len(body.label), bool)
+    own = np.array([label == part or (part.endswith("s") and label.endswith(part[:-1])) for label in body.label])
+    if not own.any():
+        raise InputError(f"a part must be one of {', '.join(sorted(set(body.label)))}; this body has no {part!r}")
+    return own
+
+
+def _goals(
+    skeleton: Skeleton, body: Body, pool: Pool, steps: Sequence[Step], at_rest: NDArray, extent: float
+) -> NDArray:
+    """The turns (M, J, 3) that each step asks for."""
+    pairs = mirror.counterparts(skeleton, body)
+    axis = mirror.across(at_rest[..., 3], pairs)
+    known = {}
+    for name in {step.posture for step in steps}:
+        still = name == REST and REST not in pool.names()
+        known[name] = np.zeros((len(skeleton), 3)) if still else turns_of(pool[name], skeleton)
+    goals = np.array([extent * step.extent * known[step.posture] for step in steps])
+    swapped = np.array([step.mirror for step in steps])
+    goals[swapped] = mirror.mirrored(goals[swapped], pairs, axis, at_rest[..., :3])
+    return goals
+
+
+def _on_floor(motion: SkeletonMotion, feet: Sequence[int], places: NDArray) -> SkeletonMotion:
+    """The motion so high that what is lowest at rest is on the floor, and with its feet where they are at rest."""
+    low = places[:, 1].min()
+    translation = motion.translation.copy()
+    roots = [joint for joint, parent in enumerate(motion.skeleton.parents) if parent < 0]
+    translation[:, roots, 1] -= low
+    return stood(replace(motion, translation=translation), feet, places - [0, low, 0])
