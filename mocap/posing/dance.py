@@ -13,10 +13,14 @@ from mocap.posing import mirror
 from mocap.posing.arrive import arriving
 from mocap.posing.beats import Beats
 from mocap.posing.choreography import REST, Dance, Step, pulses, unrolled
+from mocap.posing.elastic import Elastic, felt
 from mocap.posing.postures import Pool, posed, turns_of
 from mocap.posing.standing import stood
 from mocap.posing.starting import kind_of
 from mocap.skeleton import Skeleton, SkeletonMotion
+
+SPRINGS = felt(2.2, 0.8)
+"""Brisk, and hardly swinging over."""
 
 
 def danced(
@@ -25,8 +29,7 @@ def danced(
     dance: Dance,
     music: Beats,
     fps: float = 24.0,
-    frequency: NDArray | float = 2.2,
-    damping: NDArray | float = 0.8,
+    springs: Elastic = SPRINGS,
     extent: float = 1.0,
     rest: NDArray | None = None,
 ) -> SkeletonMotion:
@@ -34,7 +37,7 @@ def danced(
 
     Its beats are those of the music, from the first; each posture is reached when its beat sounds.  What several steps
     of one beat do to a joint is added; a joint that a part's steps do not concern goes on.  `rest` (J, 4) is how joints
-    stand at rest, `frequency` and `damping` are numbers or (J,), `extent` is how far all postures go.
+    stand at rest, `springs` are the elastic joints', and `extent` is how far all postures go.
     """
     if not 1 <= fps <= 1000:
         raise InputError(f"frames a second must be 1 to 1000, got {fps:g}: 24 is film")
@@ -42,32 +45,31 @@ def danced(
     body = find_body(skeleton, at_rest[..., 3])
     beats = len(music.times) - 1 + max(music.seconds - music.times[-1], 0) * music.bpm / 60
     at = np.arange(max(int(np.ceil(music.seconds * fps - 1e-9)), 1)) / fps
-    felt = tuple(np.broadcast_to(value, len(skeleton)).astype(float) for value in (frequency, damping))
     turns = np.zeros((len(at), len(skeleton), 3))
     for steps in (unrolled(dance, beats), pulses(dance, beats)):
         goals = _goals(skeleton, body, pool, steps, at_rest, extent)
-        turns += _layer(steps, goals, np.array([joints_of(step.part, body) for step in steps]), music, at, felt)
+        turns += _layer(steps, goals, np.array([joints_of(step.part, body) for step in steps]), music, at, springs)
     feet = () if kind_of(skeleton, rest) == "plant" else body.feet
     return _on_floor(posed(skeleton, turns, fps, rest), feet, at_rest[..., 3])
 
 
 def _layer(
-    steps: Sequence[Step], goals: NDArray, concerned: NDArray, music: Beats, at: NDArray, felt: tuple[NDArray, NDArray]
+    steps: Sequence[Step], goals: NDArray, concerned: NDArray, music: Beats, at: NDArray, springs: Elastic
 ) -> NDArray:
     """How joints turn (T, J, 3) at moments (T,), for goals (M, J, 3) of steps that concern joints (M, J)."""
     beats = np.round([step.beat for step in steps], 6)
     when, hold = music.at(beats), music.at(beats + [step.hold for step in steps]) - music.at(beats)
     turns = np.zeros((len(at), *goals.shape[1:]))
-    for own in np.unique(concerned, axis=1).T:  # joints that the same steps concern move together
-        joints, mine = np.flatnonzero((concerned == own[:, None]).all(axis=0)), np.flatnonzero(own)
+    kinds = np.array([np.broadcast_to(part, goals.shape[1]) for part in vars(springs).values()])  # (3, J)
+    alike = np.concatenate([kinds, concerned])
+    for own in np.unique(alike, axis=1).T:  # joints that the same steps concern, and of like springs, move together
+        joints, mine = np.flatnonzero((alike == own[:, None]).all(axis=0)), np.flatnonzero(own[3:])
         if not len(mine):
             continue
         together = [list(group) for _, group in groupby(mine, key=lambda step: beats[step])]
-        summed = np.array([goals[group][:, joints].sum(axis=0).reshape(-1) for group in together])
+        summed = np.array([goals[group][:, joints].sum(axis=0) for group in together])
         held = np.array([hold[group].max() for group in together])
-        springs = (np.repeat(value[joints], 3) for value in felt)
-        first = [group[0] for group in together]
-        turns[:, joints] = arriving(summed, when[first], at, *springs, held).reshape(len(at), -1, 3)
+        turns[:, joints] = arriving(Elastic(*own[:3]), at, when[[group[0] for group in together]], summed, held)
     return turns
 
 
