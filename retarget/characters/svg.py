@@ -46,6 +46,26 @@ def read_svg(path: str | Path) -> tuple[list[DrawnPath], list[str]]:
     return drawn, sorted(set(notes))
 
 
+def svg_circles(path: str | Path, group: str) -> list[tuple[str, tuple[float, float], str]]:
+    """The circles of the group with the id `group`: their ids, middles in pixels, and what `data-parent` says."""
+    from svgelements import SVG, Circle
+
+    def walk(elements: Any, inside: bool) -> None:
+        for element in elements:
+            own = getattr(element, "values", {}).get("attributes", {})
+            if isinstance(element, Circle):
+                if inside and own.get("id"):
+                    m, x, y = element.transform, float(element.cx), float(element.cy)
+                    place = (m.a * x + m.c * y + m.e, m.b * x + m.d * y + m.f)
+                    found.append((str(own["id"]), place, str(own.get("data-parent", ""))))
+            elif isinstance(element, list):
+                walk(element, inside or own.get("id") == group)
+
+    found: list[tuple[str, tuple[float, float], str]] = []
+    walk(SVG.parse(io.BytesIO(ElementTree.tostring(_parse(Path(path)))), reify=False, ppi=96, color="black"), False)
+    return found
+
+
 def _parse(path: Path) -> ElementTree.Element:
     try:
         root = ElementTree.fromstring(path.read_bytes())

@@ -1,0 +1,47 @@
+"""Motion meets a drawing with marked joints: all parts move one body, each point by its shares.
+
+    v(t) = sum_p b_p(v) A_p(t) v        DESIGN's place equation, the shape being the drawing's own
+
+The maps act about the drawing's own joints and each hangs on its parent's, so a drawing of other proportions than the
+one the motion was made for stays in one piece.
+"""
+
+import numpy as np
+
+from capture.motion import affine
+from capture.motion.tracks import CartoonMotion, total_affine
+from retarget.characters.marked import MarkedDrawing, MarkedPicture, Piece, segments
+from retarget.stage.perform import Performance, Role
+
+
+def play(motion: CartoonMotion, character: MarkedPicture | MarkedDrawing) -> Performance:
+    """Let a marked drawing play a motion that `to_tracks` made; limbs are drawn in the motion's order."""
+    names = tuple(track.part for track in motion.tracks)
+    parts = segments(character.marks, names)
+    scale, place = _placed(motion, parts.starts, parts.stops)
+    pivots = dict(zip(names, affine.apply(place, parts.starts), strict=True))
+    maps = np.stack([total_affine(motion, name, pivots) for name in names])  # (P, T, 2, 3)
+    maps = affine.compose(maps, place)
+    orders = {limb: motion.tracks[parts.limbs.index(limb)].order for limb in parts.limbs}
+    roles = tuple(_role(piece, maps, orders[piece.limb], scale) for piece in character.pieces(parts))
+    return Performance(roles, motion.times, motion.fps, motion.size)
+
+
+def _placed(motion: CartoonMotion, starts: np.ndarray, stops: np.ndarray) -> tuple[float, np.ndarray]:
+    """How large the drawing is on the motion's page, and the similarity (2, 3) that puts root on root."""
+    quads = [keyset.points[0] for keyset in motion.keysets]
+    there = sum(np.linalg.norm(quad[1:3].mean(axis=0) - quad[[0, 3]].mean(axis=0)) for quad in quads[1:])
+    scale = there / np.linalg.norm(stops - starts, axis=1)[1:].sum()
+    if abs(scale - 1) < 1e-9:
+        scale = 1.0
+    linear = scale * np.eye(2)
+    return float(scale), np.column_stack([linear, motion.tracks[0].pivot - linear @ starts[0]])
+
+
+def _role(piece: Piece, maps: np.ndarray, order: np.ndarray, scale: float) -> Role:
+    frames = maps.shape[1]
+    rest = piece.target.shapes(np.zeros((1, 3)))[0]  # (M, 2), aligned to key 0, which is as it was drawn
+    mixed = np.tensordot(piece.shares, maps, axes=1)  # (M, T, 2, 3)
+    points = np.einsum("mtij,mj->tmi", mixed[..., :2], rest) + np.swapaxes(mixed[..., 2], 0, 1)
+    ones = np.ones((frames, 1))
+    return Role(piece.target, points, ones, scale, np.ones(frames, bool), order, np.zeros((1, 3)), ones)
