@@ -1,0 +1,34 @@
+"""The timing of A' for B, as A' differs from A (Wu et al. 2008, section 3.6).
+
+Everything is told on B's time, in seconds.  B' goes as much faster than B as A' goes faster than A, moment by moment:
+dS_B->B'/dt = (dS_B->A'/dt) / (dS_B->A/dt), which is positive wherever both curves rise, so that time never runs back.
+Erratum: eqs. 8 and 9 compare curves over different times; aligned to each other as printed they lose the rhythm.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def rhythm(to_one: NDArray, to_two: NDArray, strength: float = 1.0) -> NDArray:
+    """When (m,) B' does what B does at its frames, in frames of B's rate.
+
+    `to_one` and `to_two` (m,) are where A and A' are at B's frames, in frames of the same rate, rising.  B' lasts as
+    much longer than B as A' lasts longer than A, over what of them is used.  `strength` 0 keeps B's own timing.
+    """
+    count = len(to_one)
+    if count < 2:
+        return np.zeros(count)
+    one, two = (np.maximum(np.diff(curve), 1e-6) for curve in (to_one, to_two))
+    speed = (two / one) ** strength
+    ratio = ((to_two[-1] - to_two[0]) / (to_one[-1] - to_one[0])) ** strength
+    when = np.concatenate([[0], np.cumsum(speed)])
+    return when * ratio * (count - 1) / when[-1]
+
+
+def retimed(values: NDArray, when: NDArray) -> NDArray:
+    """Curves (m, C) of B's frames, played so that frame j comes at `when[j]` (m,), at whole frames (n, C) (eq. 10)."""
+    from mocap.analogy.curves import sampled
+
+    count = round(when[-1]) + 1
+    whole = np.linspace(0, when[-1], count)  # the last frame stays the last, at most half a frame early or late
+    return sampled(values, np.interp(whole, when, np.arange(len(when))))

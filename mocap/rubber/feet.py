@@ -1,0 +1,65 @@
+"""Feet stand where the captured feet stood, and go through no floor (section 6)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap.rubber.constrain import BLEND, Goal, constrained, held
+from mocap.rubber.subjoints import SubJoints
+
+
+def kept(
+    positions: NDArray,
+    subjoints: SubJoints,
+    captured: NDArray,
+    feet: Sequence[int],
+    contacts: NDArray,
+    fps: float,
+    blend: float = BLEND,
+) -> NDArray:
+    """Sub-joints (T, S, 3) with the joints `feet` (F,) at their captured places in their contacts (T, F).
+
+    `captured` (T, J, 3) are the joints as they were captured.  The body moves as it was made to; legs stretch.
+    """
+    goals = [
+        held(joint, captured[:, joint], contacts[:, foot], fps, blend)
+        for foot, joint in enumerate(feet)
+        if contacts[:, foot].any()
+    ]
+    return constrained(positions, subjoints, goals)
+
+
+def above(positions: NDArray, subjoints: SubJoints, feet: Sequence[int], captured: NDArray) -> NDArray:
+    """Sub-joints (T, S, 3) with legs lifted where a foot would go lower than it ever was captured.
+
+    Each leg is lifted by what its lowest foot joint lacks, so that a foot keeps its slope.
+    """
+    goals = []
+    for joints in _legs(subjoints, feet):
+        floor = captured[:, joints, 1].min(axis=0)
+        here = positions[:, subjoints.ends[list(joints)], 1]
+        lack = np.maximum(floor - here, 0).max(axis=1)
+        if not lack.any():
+            continue
+        for joint in joints:
+            places = positions[:, subjoints.ends[joint]].copy()
+            places[:, 1] += lack
+            goals.append(Goal(joint, places, (lack > 0).astype(float)))
+    return constrained(positions, subjoints, goals)
+
+
+def _legs(subjoints: SubJoints, feet: Sequence[int]) -> list[list[int]]:
+    """The feet's joints, those of one leg together."""
+    parents = subjoints.skeleton.parents
+    legs: list[list[int]] = []
+    for joint in sorted(feet):
+        above = parents[joint]
+        while above >= 0 and above not in feet:
+            above = parents[above]
+        same = [leg for leg in legs if above in leg]
+        if same:
+            same[0].append(joint)
+        else:
+            legs.append([joint])
+    return legs
