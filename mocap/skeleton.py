@@ -24,6 +24,13 @@ class Skeleton:
         """The joints that hang on a joint."""
         return tuple(child for child, parent in enumerate(self.parents) if parent == joint)
 
+    def path(self, joint: int) -> tuple[int, ...]:
+        """The joints from the root to a joint."""
+        path = [joint]
+        while self.parents[path[-1]] >= 0:
+            path.append(self.parents[path[-1]])
+        return tuple(reversed(path))
+
     def lengths(self) -> NDArray:
         """How long the link above each joint is at rest (J,); a root has none: 0."""
         return np.where(np.array(self.parents) < 0, 0.0, np.linalg.norm(self.offsets, axis=1))
