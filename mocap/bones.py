@@ -55,7 +55,12 @@ class Performer:
     parents: tuple[int, ...]  # of the S sub-joints
     lengths: NDArray  # (S,) of their links at rest
     ends: NDArray  # (J,) the sub-joint of each joint
-    rest: NDArray  # (J, 3) the joints at rest, in the performer's frame
+    rest: NDArray  # (S, 3) the sub-joints at rest, in the performer's frame
+
+    @property
+    def tall(self) -> float:
+        """How high the performer reaches over its lowest joint, most of the time, in metres."""
+        return float(np.median(np.ptp(self.positions[..., 1], axis=1))) or 1.0
 
     def path(self, first: int, last: int) -> list[int]:
         """The sub-joints from a joint down to another that hangs on it, or over what both hang on."""
@@ -77,10 +82,11 @@ def performer(motion: SkeletonMotion | RubberMotion, turning: bool = True) -> Pe
         parents, ends, before = sub.parents, np.asarray(sub.ends), np.array(sub.parents)
         same = (before >= 0) & (sub.joint[np.maximum(before, 0)] == sub.joint)
         step = sub.along - np.where(same, sub.along[np.maximum(before, 0)], 0.0)
-        lengths = step * _lengths(source)[sub.joint]
+        lengths, joint, along = step * _lengths(source)[sub.joint], sub.joint, sub.along
     else:
         source, positions = motion, motion.positions()
         parents, ends, lengths = motion.skeleton.parents, np.arange(len(motion.skeleton)), _lengths(motion)
+        joint, along = ends, np.ones(len(ends))
         thickness = np.ones(positions.shape[:2])
     skeleton = source.skeleton
     rest = _rest(skeleton)
@@ -91,6 +97,8 @@ def performer(motion: SkeletonMotion | RubberMotion, turning: bool = True) -> Pe
         rest = viewing.turned(rest[None], np.array([own]))[0]
         if turning:
             heading = viewing.headings(positions[:, ends], pairs, source.fps)
+    above = np.array(skeleton.parents)[joint]
+    rest = rest[joint] - np.where(above < 0, 0.0, 1 - along)[:, None] * (rest[joint] - rest[np.maximum(above, 0)])
     return Performer(skeleton, source.fps, positions, heading, thickness, tuple(parents), lengths, ends, rest)
 
 
@@ -109,19 +117,16 @@ def cast_marks(motion: SkeletonMotion | RubberMotion, marks: Marks, views: Views
 
 def sub_links(acting: Performer, bone: Bone) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """How a bone's stretch of the performer lies: vectors (T, n, 3) of its n pieces in the performer's frame,
-    their length against rest (T, n), their thickness (T, n), and which way (3,) the whole points at rest."""
-    first, last = bone.joints
-    whole = viewing.turned(
-        (acting.positions[:, acting.ends[last]] - acting.positions[:, acting.ends[first]])[:, None], acting.heading
-    )[:, 0]
-    rest = _at_rest(bone, acting.rest[last] - acting.rest[first], whole)
+    their length against rest (T, n), their thickness (T, n), and which way (n, 3) each points at rest."""
     if bone.across:
-        length = np.linalg.norm(whole, axis=-1)
-        return whole[:, None], (length / max(np.median(length), 1e-12))[:, None], np.ones((len(whole), 1)), rest
-    path = acting.path(first, last)
+        first, last = (acting.ends[joint] for joint in bone.joints)
+        vectors = viewing.turned((acting.positions[:, last] - acting.positions[:, first])[:, None], acting.heading)
+        length = np.linalg.norm(vectors, axis=-1)
+        rest = _at_rest(bone, (acting.rest[last] - acting.rest[first])[None], vectors)
+        return vectors, length / max(float(np.median(length)), 1e-12), np.ones(length.shape), rest
+    path = acting.path(*bone.joints)
     links = np.array([a if acting.parents[a] == b else b for a, b in zip(path[1:], path[:-1])])  # each step's own link
-    steps = acting.lengths[links]
-    at = np.concatenate([[0.0], np.cumsum(steps)])
+    at = np.concatenate([[0.0], np.cumsum(acting.lengths[links])])
     if at[-1] <= 0:
         at = np.arange(len(path), dtype=float)
     even = np.linspace(0, at[-1], bone.pieces + 1)
@@ -130,23 +135,23 @@ def sub_links(acting: Performer, bone: Bone) -> tuple[NDArray, NDArray, NDArray,
     vectors = viewing.turned(np.diff(points, axis=1), acting.heading)
     stretch = np.linalg.norm(vectors, axis=-1) / (at[-1] / bone.pieces)
     middle = np.clip(np.searchsorted(at, 0.5 * (even[1:] + even[:-1]), side="right") - 1, 0, len(links) - 1)
+    rest = _at_rest(bone, np.diff(mix @ acting.rest[path], axis=0), vectors)
     return vectors, stretch, acting.thickness[:, links[middle]], rest
 
 
-def _at_rest(bone: Bone, vector: NDArray, whole: NDArray) -> NDArray:
-    """Which way a bone points at rest (3,), given its vector in the file's rest pose (3,) and over time (T, 3).
+def _at_rest(bone: Bone, pieces: NDArray, vectors: NDArray) -> NDArray:
+    """Which way a bone's pieces point at rest (n, 3), given as they are in the file's (n, 3), and over time (T, n, 3).
 
     The file is believed if it has the bone about where it belongs: up, to the left, or forward.  Else a trunk leans to
     a side at rest as it does most of the time, for some files end a head in its ear.
     """
     belongs = np.eye(3)[0 if bone.across else 1 if bone.part == "trunk" else 2]
-    usual = np.median(whole, axis=0) * (1, 1, 0)
-    upright = bone.part == "trunk" and not bone.across
-    for guess in (vector, usual) if upright else (vector,):
-        length = np.linalg.norm(guess)
-        if length > 0 and guess @ belongs > np.cos(np.radians(ASTRAY if guess is vector else 75)) * length:
-            return guess / length
-    return belongs
+    whole = pieces.sum(axis=0)
+    if whole @ belongs <= np.cos(np.radians(ASTRAY)) * np.linalg.norm(whole) or not np.any(whole):
+        upright = bone.part == "trunk" and not bone.across
+        pieces = np.median(vectors, axis=0) * (1, 1, 0) if upright else np.zeros_like(pieces)
+    length = np.linalg.norm(pieces, axis=1, keepdims=True)
+    return np.where(length > 1e-9, pieces / np.maximum(length, 1e-9), belongs)
 
 
 def _interpolation(at: NDArray, wanted: NDArray) -> NDArray:

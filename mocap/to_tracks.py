@@ -96,10 +96,12 @@ def _lie(
     drawn = marks.places[bone.mark] - marks.places[marks.parents[bone.mark]]
     start, whole = complex(*drawn), 1.0
     if not bone.pointing:
-        seen_rest = view @ rest
-        start = complex(seen_rest[0], -seen_rest[1])
-        whole = abs(start)  # the share of it that shows at rest
-        if whole < SIDEWAYS:  # it has no direction at rest where it is looked at from: it goes with what it hangs on
+        seen_rest = rest @ view.T
+        start = seen_rest[:, 0] - 1j * seen_rest[:, 1]
+        whole = np.abs(start)  # the share of each piece that shows at rest
+        if (
+            whole.min() < SIDEWAYS
+        ):  # it has no direction at rest where it is looked at from: it goes with what it hangs on
             nothing = np.zeros(flat.shape)
             return np.full(flat.shape, np.nan), nothing + 1, thick, nothing[:, 0]
     shown = stretch * np.maximum((1 - foreshorten) + foreshorten * np.abs(flat) / whole, LEAST)
@@ -228,7 +230,7 @@ def _rotations(angle: NDArray) -> NDArray:
 
 def _orders(acting: Performer, casting: Casting, depths: dict[int, NDArray]) -> dict[str, NDArray]:
     """The drawn order (T,) of each limb: the trunk's is 0, a limb before it has more; no limb flickers to and fro."""
-    tall = float(np.ptp(acting.rest[:, 1])) or 1.0
+    tall = acting.tall
     orders = {"trunk": np.zeros(len(acting.positions), int)}
     for limb in dict.fromkeys(bone.limb for bone in casting.bones if bone.limb != "trunk"):
         own = [depths[bone.mark] for bone in casting.bones if bone.limb == limb and bone.mark in depths]

@@ -41,13 +41,13 @@ def scale_of(acting: Performer, casting: Casting) -> float:
                 real += float(acting.lengths[path[1:]].sum())
         if drawn > 0 and real > 0:
             return drawn / real
-    return float(np.ptp(casting.marks.places, axis=0).max() / np.ptp(acting.rest, axis=0).max())
+    return float(np.ptp(casting.marks.places, axis=0).max() / acting.tall)
 
 
 def _along(acting: Performer, casting: Casting, places: NDArray, scale: float) -> NDArray:
     """How far it has gone to the right (T,): steps from frame to frame, put together."""
     right = casting.views.seen("legs")[0]
-    positions, tall = acting.positions, np.ptp(acting.rest[:, 1]) or 1.0
+    positions, tall = acting.positions, acting.tall
     hips = positions[:, acting.ends[casting.roles["hips"][1]]] if "hips" in casting.roles else positions[:, 0]
     between = 0.5 * (acting.heading[1:] + acting.heading[:-1])
     steps = scale * views.turned(np.diff(hips, axis=0)[:, None], between)[:, 0] @ right

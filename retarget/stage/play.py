@@ -6,12 +6,17 @@ The maps act about the drawing's own joints and each hangs on its parent's, so a
 one the motion was made for stays in one piece.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, total_affine
 from retarget.characters.marked import MarkedDrawing, MarkedPicture, Piece, segments
 from retarget.stage.perform import Performance, Role
+
+EDGE = 8.0
+"""Pixels between a drawing and the edge of its page."""
 
 
 def play(motion: CartoonMotion, character: MarkedPicture | MarkedDrawing) -> Performance:
@@ -24,7 +29,17 @@ def play(motion: CartoonMotion, character: MarkedPicture | MarkedDrawing) -> Per
     maps = affine.compose(maps, place)
     orders = {limb: motion.tracks[parts.limbs.index(limb)].order for limb in parts.limbs}
     roles = tuple(_role(piece, maps, orders[piece.limb], scale) for piece in character.pieces(parts))
-    return Performance(roles, motion.times, motion.fps, motion.size)
+    return _on_page(Performance(roles, motion.times, motion.fps, motion.size))
+
+
+def _on_page(performance: Performance) -> Performance:
+    """The performance on a page that is made larger where the drawing reaches beyond its joints and so over the edge."""
+    every = np.concatenate([role.points.reshape(-1, 2) for role in performance.roles])
+    before = np.ceil(np.maximum(EDGE - every.min(axis=0), 0))
+    after = np.ceil(np.maximum(every.max(axis=0) + EDGE - performance.size, 0))
+    size = tuple(int(edge) for edge in performance.size + before + after)
+    roles = tuple(replace(role, points=role.points + before) for role in performance.roles)
+    return replace(performance, roles=roles, size=size)
 
 
 def _placed(motion: CartoonMotion, starts: np.ndarray, stops: np.ndarray) -> tuple[float, np.ndarray]:

@@ -128,6 +128,13 @@ def test_limbs_swing_without_a_crack(figure, turn):
     assert (core > 0).mean() > 0.05 and (page[core > 0, 3] > 250).all()
 
 
+def test_all_of_a_drawing_is_on_its_page(figure):
+    motion = _motion({"Hips": (0, 0, 0.8), "LeftArm": (0, 0, 1.0)})
+    played = play(to_tracks(motion, figure.marks, margin=0.0), figure)
+    every = np.concatenate([role.points.reshape(-1, 2) for role in played.roles])
+    assert (every > 0).all() and (every < played.size).all()
+
+
 def test_an_arm_passes_before_the_body_or_behind_it(figure):
     across = {"LeftArm": (0, 0, -1.0), "LeftForeArm": (0, 0, -1.9)}
     motion = _motion(across)
