@@ -19,10 +19,9 @@ from mocap import marks as marking
 from mocap.marks import Marks
 from retarget.characters import paths
 from retarget.characters.drawing import Drawing, drawing
-from retarget.characters.embed import samples
 from retarget.characters.paths import DrawnPath
 from retarget.characters.picture import Layer, Picture, halved, valid_ring
-from retarget.characters.shares import heat_shares, nearest_on
+from retarget.characters.shares import heat_shares
 from retarget.characters.target import REST
 
 FACES = 1500
@@ -34,8 +33,8 @@ OVERLAP = 3
 SOFT = 0.5
 """Pixels that the mesh goes beyond the middle of the picture's soft border."""
 
-ALONE = 0.75
-"""An element goes with one limb if so much of it lies nearest to that limb's bones."""
+MOST_OF_IT = 0.5
+"""An element through which so much of two limbs' bones runs is the figure itself, not a limb of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,11 +214,7 @@ def _drawing_pieces(drawn: list[DrawnPath], parts: Segments) -> tuple[Piece, ...
     """Elements that lie on one limb go with it alone; the others, such as a figure in one piece, with all parts."""
     names = _limbs(parts)
     limb_of_part = np.array([names.index(limb) for limb in parts.limbs])
-    own = []
-    for path in drawn:
-        away, _ = nearest_on(_spread(path), parts.starts, parts.stops)
-        counts = np.bincount(limb_of_part[away.argmin(axis=1)], minlength=len(names)) / len(away)
-        own.append(int(counts.argmax()) if counts.max() >= ALONE else -1)
+    own = _limb_of_elements([paths.painted(path) for path in drawn], parts, limb_of_part)
     found = []
     for number in dict.fromkeys(own):
         members = [path for path, limb in zip(drawn, own, strict=True) if limb == number]
@@ -234,14 +229,30 @@ def _drawing_pieces(drawn: list[DrawnPath], parts: Segments) -> tuple[Piece, ...
     return tuple(found)
 
 
-def _spread(path: DrawnPath) -> NDArray:
-    """Points spread over what a path paints."""
-    shape = paths.painted(path)
-    if shape.area <= 0:
-        return samples(path)
-    low, high = np.reshape(shape.bounds, (2, 2))
+def _limb_of_elements(shapes: list[object], parts: Segments, limb_of_part: NDArray) -> list[int]:
+    """The number of the limb each element goes with, or -1 for all: by whose bones run through it.
+
+    One that no bone runs through, such as an eye or a thumb, goes with the element it covers or is covered by most.
+    """
     import shapely
 
-    grid = np.stack(np.meshgrid(*np.linspace(low, high, 14).T), axis=-1).reshape(-1, 2)
-    inside = grid[shapely.contains_xy(shape, *grid.T)]
-    return inside if len(inside) else samples(path)
+    lines = shapely.linestrings(np.stack([parts.starts, parts.stops], axis=1))
+    count = limb_of_part.max() + 1
+    whole = np.bincount(limb_of_part, shapely.length(lines), count)
+    own: list[int | None] = []
+    for shape in shapes:
+        inside = np.bincount(limb_of_part, shapely.length(shapely.intersection(lines, shape)), count)
+        full = inside > MOST_OF_IT * np.maximum(whole, 1e-9)
+        own.append(-1 if full.sum() > 1 else int(inside.argmax()) if inside.any() else None)
+    if all(limb is None for limb in own):
+        return [-1] * len(shapes)
+    for _ in shapes:  # what lies on something that lies on something ...
+        for number in (number for number, limb in enumerate(own) if limb is None):
+            others = [other for other, limb in enumerate(own) if limb is not None]
+            shared = shapely.area(shapely.intersection(shapes[number], [shapes[other] for other in others]))
+            if shared.max() > 0:
+                own[number] = own[others[int(shared.argmax())]]
+    far = [other for other, limb in enumerate(own) if limb is not None]
+    for number in (number for number, limb in enumerate(own) if limb is None):
+        own[number] = own[far[int(shapely.distance(shapes[number], [shapes[other] for other in far]).argmin())]]
+    return own

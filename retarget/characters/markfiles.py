@@ -74,7 +74,9 @@ def _read_svg(path: Path) -> MarkedDrawing:
         )
     joints = {name: place for name, place, _ in circles}
     parents = {name: parent for name, _, parent in circles if parent}
-    shown = [one for one in drawn if not any(one.name.endswith(f"({name})") for name in joints)]
+    shown = [
+        one for one in drawn if not (one.name.startswith("<circle>") and one.name.rpartition("(")[2][:-1] in joints)
+    ]
     return MarkedDrawing(marks_of(joints, parents, str(path)), tuple(shown))
 
 
