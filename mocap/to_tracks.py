@@ -19,6 +19,7 @@ from capture.motion.keys import KeySet
 from capture.motion.tracks import CartoonMotion, Track, relative_to_parents
 from mocap import views as viewing
 from mocap.bones import Bone, Casting, Performer, cast_marks, performer, sub_links
+from mocap.hung import Lie, hung, swung
 from mocap.marks import Marks
 from mocap.rubber.rubber import RubberMotion
 from mocap.skeleton import SkeletonMotion
@@ -49,63 +50,55 @@ def to_tracks(
     casting: Casting | None = None,
     foreshorten: float = 0.5,
     margin: float = 0.35,
+    swing: bool = True,
 ) -> CartoonMotion:
     """A motion, upright and in metres, lent to a drawing's marks: a part for each (sub-)link, in pixels, y down.
 
     `foreshorten` is how much of a limb's foreshortening is kept: with 0 a drawing stays as flat as it is drawn, with 1
-    it is seen as the performer is.  The page holds the whole way, and `margin` of the figure's height round it.
+    it is seen as the performer is.  What nobody plays, such as a tail, may `swing` after the body.  The page holds the
+    whole way, and `margin` of the figure's height round it.
     """
     casting = cast_marks(motion, marks) if casting is None else casting
     acting = performer(motion, casting.views.turning)
-    turns, lengths, widths, depths = {}, {}, {}, {}
-    for bone in casting.bones:
-        if bone.joints is not None:
-            turns[bone.mark], lengths[bone.mark], widths[bone.mark], depths[bone.mark] = _lie(
-                acting, bone, casting, foreshorten
-            )
-    pelvis = _pelvis(casting, turns, len(acting.positions))
-    hung = _Chain(casting, pelvis, turns, lengths, widths)
-    way = travelled(acting, casting, hung.places)  # (T, 2)
-    places, maps = hung.places + way[:, None], dict(hung.maps)
+    lies = {bone.mark: _lie(acting, bone, casting, foreshorten) for bone in casting.bones if bone.joints is not None}
+    lies = {mark: lie for mark, lie in lies.items() if lie is not None}
+    body = hung(marks, casting.bones, lies, _pelvis(casting, lies, len(acting.positions)))
+    way = travelled(acting, casting, body.places)
+    if swing:
+        body = swung(body, marks, {*lies, *(mark for mark, _ in casting.roles.values())}, way, acting.fps)
+    places = body.places + way[:, None]
     tall = float(np.ptp(marks.places[:, 1])) or float(np.ptp(marks.places))
-    low, high = places.min(axis=(0, 1)) - margin * tall, places.max(axis=(0, 1)) + margin * tall
-    corner = np.floor(low)
-    orders = _orders(acting, casting, depths)
+    corner = np.floor(places.min(axis=(0, 1)) - margin * tall)
+    high = places.max(axis=(0, 1)) + margin * tall
+    orders = _orders(acting, casting, lies)
     tracks, keysets = [], []
-    for name, (start, stop, parent, limb) in hung.parts.items():
-        keyset = _quad(start - corner, stop - corner, THIN * tall)
-        moved = maps[name].copy()  # acts on the drawing's own pixels; here it goes from page to page
+    for part in body.parts:
+        keysets.append(_quad(part.start - corner, part.stop - corner, THIN * tall))
+        moved = part.maps.copy()  # acts on the drawing's own pixels; here it goes from page to page
         moved[..., 2] += way + moved[..., :2] @ corner - corner
-        tracks.append(_track(name, parent, start - corner, moved, orders[limb]))
-        keysets.append(keyset)
+        tracks.append(_track(part.name, part.parent, part.start - corner, moved, orders[part.limb]))
     size = tuple(int(edge) for edge in np.ceil(high - corner))
     times = np.arange(len(acting.positions)) / acting.fps
     return relative_to_parents(CartoonMotion(tuple(tracks), tuple(keysets), times, float(acting.fps), size))
 
 
-def _lie(
-    acting: Performer, bone: Bone, casting: Casting, foreshorten: float
-) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """A bone's pieces on the page (T, n): their turn against the drawing, stretch, thickness; and depth (T,)."""
+def _lie(acting: Performer, bone: Bone, casting: Casting, foreshorten: float) -> Lie | None:
+    """How a bone's pieces lie on the page; None if it has no direction there and goes with what it hangs on."""
     marks, view = casting.marks, casting.views.seen(bone.part)
-    vectors, stretch, thick, rest = sub_links(acting, bone)
+    vectors, stretch, thickness, rest = sub_links(acting, bone)
     seen = vectors @ view.T
     length = np.maximum(np.linalg.norm(vectors, axis=-1), 1e-12)
     flat = (seen[..., 0] - 1j * seen[..., 1]) / length  # y down; its size is the share that shows
-    direction = _steady(flat, acting.fps)
-    drawn = marks.places[bone.mark] - marks.places[marks.parents[bone.mark]]
-    start, whole = complex(*drawn), 1.0
+    start, whole = complex(*(marks.places[bone.mark] - marks.places[marks.parents[bone.mark]])), 1.0
     if not bone.pointing:
         seen_rest = rest @ view.T
         start = seen_rest[:, 0] - 1j * seen_rest[:, 1]
         whole = np.abs(start)  # the share of each piece that shows at rest
-        if (
-            whole.min() < SIDEWAYS
-        ):  # it has no direction at rest where it is looked at from: it goes with what it hangs on
-            nothing = np.zeros(flat.shape)
-            return np.full(flat.shape, np.nan), nothing + 1, thick, nothing[:, 0]
+        if whole.min() < SIDEWAYS:
+            return None
     shown = stretch * np.maximum((1 - foreshorten) + foreshorten * np.abs(flat) / whole, LEAST)
-    return np.angle(direction / start), shown, thick, _depth(acting, bone, casting)
+    turn = np.angle(_steady(flat, acting.fps) / start)
+    return Lie(turn, shown, thickness, _depth(acting, bone, casting))
 
 
 def _steady(flat: NDArray, fps: float) -> NDArray:
@@ -142,14 +135,14 @@ def _depth(acting: Performer, bone: Bone, casting: Casting) -> NDArray:
     return (away @ views.seen(bone.part).T)[:, 2]
 
 
-def _pelvis(casting: Casting, turns: dict[int, NDArray], frames: int) -> NDArray:
+def _pelvis(casting: Casting, lies: dict[int, Lie], frames: int) -> NDArray:
     """How far the root's own part is turned (T,): as the hips are, or half as far as the trunk on them."""
+    roots = _roots(casting.marks)
     for bone in casting.bones:
-        hips = bone.across and casting.marks.parents[bone.mark] in _roots(casting.marks)
-        if hips and bone.mark in turns and not np.isnan(turns[bone.mark]).any():
-            return turns[bone.mark][:, 0]
+        if bone.across and casting.marks.parents[bone.mark] in roots and bone.mark in lies:
+            return lies[bone.mark].turn[:, 0]
     chest = casting.roles.get("chest", (-1, -1))[0]
-    return 0.5 * turns[chest][:, 0] if chest in turns else np.zeros(frames)
+    return 0.5 * lies[chest].turn[:, 0] if chest in lies else np.zeros(frames)
 
 
 def _roots(marks: Marks) -> set[int]:
@@ -161,79 +154,12 @@ def _roots(marks: Marks) -> set[int]:
     return found
 
 
-class _Chain:
-    """Bones put end to end: where the marks come to lie (T, J, 2) while the root stays, and the maps of all parts."""
-
-    def __init__(
-        self,
-        casting: Casting,
-        pelvis: NDArray,
-        turns: dict[int, NDArray],
-        lengths: dict[int, NDArray],
-        widths: dict[int, NDArray],
-    ) -> None:
-        marks = casting.marks
-        bones = {bone.mark: bone for bone in casting.bones}
-        self.places = np.repeat(marks.places[None], len(pelvis), axis=0).astype(float)
-        self.maps: dict[str, NDArray] = {}
-        self.parts: dict[str, tuple[NDArray, NDArray, str, str]] = {}  # name: start, stop, parent, limb
-        held: dict[int, str] = {}  # the part that carries each joint
-        for joint, parent in enumerate(marks.parents):
-            here = marks.places[joint]
-            if parent < 0:
-                name = marks.names[joint]
-                self._put(name, here, here, "", "trunk", _linear(pelvis, 0.0), self.places[:, joint])
-                held[joint] = name
-                continue
-            if joint not in bones:  # marked in its parent's place
-                held[joint], self.places[:, joint] = held[parent], self.places[:, parent]
-                continue
-            bone, start = bones[joint], self.places[:, parent]
-            follows = joint in turns and not np.isnan(turns[joint]).any()
-            count = bone.pieces if follows else 1
-            step = (here - marks.places[parent]) / count
-            angle = np.arctan2(step[1], step[0])
-            above = held[parent]
-            for k in range(count):
-                name = marks.names[joint] if count == 1 else f"{marks.names[joint]} {k + 1}"
-                if follows:
-                    linear = _linear(turns[joint][:, k], angle, lengths[joint][:, k], widths[joint][:, k])
-                else:
-                    carried = affine.turn(self.maps[above])
-                    linear = _linear(carried, 0.0)
-                drawn = marks.places[parent] + k * step
-                self._put(name, drawn, drawn + step, above, bone.limb, linear, start)
-                start = start + linear @ step
-                above = name
-            self.places[:, joint], held[joint] = start, above
-
-    def _put(
-        self, name: str, start: NDArray, stop: NDArray, parent: str, limb: str, linear: NDArray, place: NDArray
-    ) -> None:
-        shift = place - linear @ start
-        self.maps[name] = np.concatenate([linear, shift[..., None]], axis=-1)
-        self.parts[name] = (np.asarray(start, float), np.asarray(stop, float), parent, limb)
-
-
-def _linear(turn: NDArray, drawn: float, along: NDArray | float = 1.0, across: NDArray | float = 1.0) -> NDArray:
-    """Maps (T, 2, 2) that stretch along the drawn direction and across it, then turn."""
-    turn = np.asarray(turn, float)
-    along, across = np.broadcast_to(along, turn.shape), np.broadcast_to(across, turn.shape)
-    out, back = _rotations(turn + drawn), _rotations(np.full(turn.shape, -drawn))
-    return out * np.stack([along, across], axis=-1)[:, None, :] @ back
-
-
-def _rotations(angle: NDArray) -> NDArray:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
-
-
-def _orders(acting: Performer, casting: Casting, depths: dict[int, NDArray]) -> dict[str, NDArray]:
+def _orders(acting: Performer, casting: Casting, lies: dict[int, Lie]) -> dict[str, NDArray]:
     """The drawn order (T,) of each limb: the trunk's is 0, a limb before it has more; no limb flickers to and fro."""
     tall = acting.tall
     orders = {"trunk": np.zeros(len(acting.positions), int)}
     for limb in dict.fromkeys(bone.limb for bone in casting.bones if bone.limb != "trunk"):
-        own = [depths[bone.mark] for bone in casting.bones if bone.limb == limb and bone.mark in depths]
+        own = [lies[bone.mark].depth for bone in casting.bones if bone.limb == limb and bone.mark in lies]
         near = np.mean(own, axis=0) if own else np.zeros(len(acting.positions))
         arm, middle = limb.endswith("arm"), float(np.median(near)) / tall
         state, states = middle > 0 if abs(middle) > BEFORE else arm, []

@@ -164,10 +164,25 @@ def test_bones_that_nobody_plays_go_with_what_they_hang_on():
     places = np.vstack([plain.places, [(-30, -95), (-50, -80)]])
     marks = replace(plain, names=(*plain.names, "tail", "tip"), parents=(*plain.parents, 0, len(plain)), places=places)
     motion = _moving({"Hips": (0, 0, 0.4)}, 3)
-    tracks = to_tracks(motion, marks)
+    tracks = to_tracks(motion, marks, swing=False)
     tail, root = (total_affine(tracks, name)[0, :, :2] for name in ("tip", "root"))
     np.testing.assert_allclose(tail, root, atol=1e-9)
     np.testing.assert_allclose(affine.turn(root), -0.4, atol=1e-6)
+
+
+def test_a_tail_swings_after_the_body_and_comes_to_rest():
+    plain = _marks()
+    places = np.vstack([plain.places, [(-30, -95), (-60, -95)]])
+    marks = replace(plain, names=(*plain.names, "tail", "tip"), parents=(*plain.parents, 0, len(plain)), places=places)
+    lean = np.concatenate([np.zeros(20), np.linspace(0, 0.8, 6), np.full(94, 0.8)])[:, None] * (0, 0, 1)
+    motion = _moving({"Hips": lean}, 120)
+    swings, stiff = (total_affine(to_tracks(motion, marks, swing=swing), "tip") for swing in (True, False))
+    behind = affine.turn(swings) - affine.turn(stiff)
+    assert behind[20:26].max() > 0.1  # the body turns by a negative angle, y being down: the tail is late
+    assert behind.min() < -0.02  # and swings over
+    assert np.abs(behind[-10:]).max() < 0.02
+    played = [total_affine(to_tracks(motion, marks, swing=swing), "left_hand 4")[..., :2] for swing in (True, False)]
+    np.testing.assert_array_equal(*played)
 
 
 def test_an_arm_that_points_at_the_viewer_keeps_a_direction_and_some_length():
