@@ -1,4 +1,4 @@
-"""Which joint is what: arms, legs, spine, head and tail of any skeleton, told by names, or by shape where they tell none.
+"""Which joint is what: arms, legs, spine, head and tail of any skeleton, told by names, or else by shape.
 
 Read `bodynames` and `bodyshape` for the two ways; here is what both lead to.
 """

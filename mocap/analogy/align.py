@@ -164,7 +164,8 @@ def _descend():  # noqa: ANN202  a numba dispatcher
         above, here = np.full((m + 1, states), np.inf), np.full((m + 1, states), np.inf)
         least, end_i, end_state = np.inf, -1, -1
         for i in range(n):
-            here[:] = np.inf
+            if i > 1:
+                here[low[i - 2] : high[i - 2]] = np.inf  # what it held two rows ago
             for j in range(low[i], high[i]):
                 cost = 0.0
                 for c in range(channels):

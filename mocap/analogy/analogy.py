@@ -10,6 +10,7 @@ from capture.errors import InputError
 from mocap.analogy import align, cycles, rhythm, transfer
 from mocap.analogy import curves as curving
 from mocap.analogy.curves import Curves
+from mocap.analogy.feet import meant, standing
 from mocap.skeleton import SkeletonMotion
 
 
@@ -26,6 +27,11 @@ class Knobs:
     slope: int = align.SLOPE
     free: float = 0.0  # seconds of A and A' that may be left out at their starts and ends
     turn: bool = True  # repeat what comes round until it covers B
+    feet: bool = True  # feet that stand do not slide; for skeletons
+
+
+ALL = Knobs()
+"""The whole analogy."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +46,7 @@ class Made:
     notes: tuple[str, ...]
 
 
-def analogy(one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, knobs: Knobs = Knobs()) -> SkeletonMotion:
+def analogy(one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, knobs: Knobs = ALL) -> SkeletonMotion:
     """The motion B' on B's skeleton: `two` is to `one` as it is to `three`; all upright, in metres.
 
     Joints are matched by name, whatever prefix they carry; sizes are told in the length of the skeleton.  What has no
@@ -48,11 +54,13 @@ def analogy(one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, kno
     """
     made, start = skeleton_curves(one, two, three, knobs)
     moved = curving.to_skeleton(made.curves, start, three)
+    if knobs.feet:
+        moved = standing(moved, *meant(moved, three, made.when))
     return replace(moved, notes=made.notes)
 
 
 def skeleton_curves(
-    one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, knobs: Knobs = Knobs()
+    one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, knobs: Knobs = ALL
 ) -> tuple[Made, curving.Start]:
     """What `analogy` makes before it becomes a skeleton again, and where B sets off."""
     from mocap.analogy.match import renamed
@@ -72,7 +80,7 @@ def skeleton_curves(
     return replace(made, notes=(*notes, *made.notes)), start
 
 
-def curve_analogy(one: Curves, two: Curves, three: Curves, knobs: Knobs = Knobs()) -> Made:
+def curve_analogy(one: Curves, two: Curves, three: Curves, knobs: Knobs = ALL) -> Made:
     """The same of any curves; channels are matched by owner and kind, at B's frame rate."""
     _check(one, two, three)
     fps = three.fps

@@ -74,6 +74,15 @@ def limbs(elements: list[list[DrawnPath]], step: float) -> list[Limb]:
     return found
 
 
+def grouped(elements: list[list[DrawnPath]], groups: list[tuple[int, ...]], step: float) -> list[Limb]:
+    """A limb of its own for each group of elements, told by their numbers; the others' limbs come first."""
+    taken = {number for group in groups for number in group}
+    free = [number for number in range(len(elements)) if number not in taken]
+    others = limbs([elements[number] for number in free], step) if free else []
+    others = [replace(limb, elements=tuple(free[i] for i in limb.elements)) for limb in others]
+    return [*others, *(_limb(elements, group, step) for group in groups)]
+
+
 def _limb(elements: list[list[DrawnPath]], members: tuple[int, ...], step: float) -> Limb:
     of_members = [elements[i] for i in members]
     silhouette = silhouette_of([of_keys[0] for of_keys in of_members])

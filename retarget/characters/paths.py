@@ -44,6 +44,7 @@ class DrawnPath:
     dashes: tuple[float, ...] = ()  # lengths on, off, on, ...
     evenodd: bool = False
     opacity: float = 1.0
+    within: tuple[str, ...] = ()  # its own id and those of the groups it lies in, as the file has them
 
 
 def pieces(path: DrawnPath) -> NDArray:

@@ -1,88 +1,89 @@
-"""Which bones a point of a drawing follows, and how much each: heat that flows from the bones through the drawing.
+"""How much of each point of one drawing is of which part, when all that is said is a line through each part."""
 
-    (-Laplacian + H) w_b = H p_b,   H = 1 / d^2 to the nearest bone in sight, p_b = 1 where that bone is b
-
-(Baran & Popovic 2007, section 4.)  Heat flows inside the drawing only, so a hand that hangs beside a hip does not
-follow the hip; and it flows the wider the farther the bone is, so a fat limb bends as softly as it is fat.  Shares are
-positive and sum to 1 by themselves.
-"""
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-NEAR = 6
-"""So many nearest bones are asked whether they are in sight."""
+from capture.errors import InputError
+from capture.motion import triangulate
+
+LEAST = 0.1
+"""What a part has of a point within less than this counts for nothing: far from a seam a point is of one part."""
+
+SPREAD = 2 * np.log(0.5 / LEAST)
+"""A share that spreads over the length 1 falls as exp(-x) / 2: so many lengths lie between both ends of a seam."""
 
 
-def heat_shares(points: NDArray, faces: NDArray, starts: NDArray, stops: NDArray, silhouette: object = None) -> NDArray:
-    """Shares (N, P) of a mesh's points (N, 2) in P bones from `starts` to `stops` (P, 2); rows sum to 1.
+def shares_by_lines(points: NDArray, faces: NDArray, lines: Sequence[NDArray], seam: float) -> NDArray:
+    """Shares (M, P) of points (M, 2), mesh points first, in P parts round lines (2, 2), each from joint to end.
 
-    A bone is in sight where the straight way to it stays in the shapely `silhouette`; without one all are.
+    Warmth spreads from the lines through the mesh (Baran and Popovic 2007): a point is of the line that warms it most.
+    So an arm that hangs beside its body is no part of it, and a cheek goes with the head and not with the shoulder.
+    Then what is of one line or another is smoothed over `seam` pixels.  Points behind the mesh's ride on it.
     """
-    from scipy import sparse
-    from scipy.sparse import csgraph
-    from scipy.sparse.linalg import splu
+    from scipy.sparse import linalg
 
-    points = np.asarray(points, float)
-    away, foot = nearest_on(points, starts, stops)
-    bone, seen = _in_sight(points, away, foot, silhouette)
-    count = len(points)
-    stiffness, area = _laplacian(points, faces)
-    distance = np.maximum(away[np.arange(count), bone], 1e-3 * np.ptp(points, axis=0).max())
-    heat = np.where(seen, 1 / distance**2, 0.0)
-    # a piece of the mesh that no bone is in sight of asks the nearest all the same
-    _, piece = csgraph.connected_components(stiffness, directed=False)
-    blind = ~np.isin(piece, np.unique(piece[seen]))
-    heat[blind] = 1 / distance[blind] ** 2
-    warm = sparse.diags(area * heat)
-    sources = sparse.csr_matrix((area * heat, (np.arange(count), bone)), shape=(count, len(starts)))
-    shares = splu((stiffness + warm + 1e-12 * sparse.eye(count)).tocsc()).solve(sources.toarray())
-    shares = np.maximum(shares, 0)
-    return shares / shares.sum(axis=1, keepdims=True)
-
-
-def nearest_on(points: NDArray, starts: NDArray, stops: NDArray) -> tuple[NDArray, NDArray]:
-    """How far points (N, 2) are from segments (P, 2) (N, P), and the segments' nearest points (N, P, 2)."""
-    way = stops - starts
-    along = np.einsum("npx,px->np", points[:, None] - starts, way) / np.maximum((way**2).sum(axis=1), 1e-12)
-    foot = starts + np.clip(along, 0, 1)[..., None] * way
-    return np.linalg.norm(points[:, None] - foot, axis=-1), foot
-
-
-def _in_sight(points: NDArray, away: NDArray, foot: NDArray, silhouette: object) -> tuple[NDArray, NDArray]:
-    """The nearest bone in sight of each point (N,), or the nearest of all, and whether it is in sight (N,)."""
-    order = np.argsort(away, axis=1, kind="stable")[:, :NEAR]
-    rows = np.arange(len(points))[:, None]
-    if silhouette is None:
-        return order[:, 0], np.ones(len(points), bool)
-    import shapely
-
-    near = np.stack([np.broadcast_to(points[:, None], (*order.shape, 2)), foot[rows, order]], axis=2)
-    area = silhouette.buffer(0.005 * np.ptp(points, axis=0).max())
-    shapely.prepare(area)
-    open_ = shapely.covers(area, shapely.linestrings(near.reshape(-1, 2, 2))).reshape(order.shape)
-    first = open_.argmax(axis=1)
-    seen = open_.any(axis=1)
-    return order[np.arange(len(points)), np.where(seen, first, 0)], seen
+    if not seam > 0:
+        raise InputError(f"a seam must be wider than 0 pixels, got {seam:g}: say over how many pixels it blends")
+    count = int(faces.max()) + 1
+    stiff, mass = _laplacian(points[:count], faces)
+    near = np.full(count, -1)
+    steps = np.linspace(0, 1, 200)[:, None]
+    gap = np.stack([_from_line(points[:count], line) for line in lines], axis=-1)
+    for number, (start, end) in enumerate(lines):
+        seeds = np.unique(_nearest(points[:count], start + steps * (end - start)))
+        near[seeds] = np.where((near[seeds] < 0) | (gap[seeds, number] < gap[seeds, near[seeds]]), number, near[seeds])
+    known = near >= 0
+    warmth = np.eye(len(lines))[np.where(known, near, 0)] * known[:, None]
+    free = np.flatnonzero(~known)
+    if len(free):
+        cool = (stiff[free][:, free] + 1e-12 * mass[free][:, free]).tocsc()
+        warmth[free] = linalg.spsolve(cool, -(stiff[free][:, np.flatnonzero(known)] @ warmth[known])).reshape(
+            -1, len(lines)
+        )
+    lost = warmth.max(axis=1) < 1e-3  # a piece that no line touches: as the crow flies
+    of = np.where(lost, gap.argmin(axis=1), warmth.argmax(axis=1))
+    spread = (mass + (seam / SPREAD) ** 2 * stiff).tocsc()
+    shares = linalg.spsolve(spread, mass @ np.eye(len(lines))[of]).reshape(-1, len(lines))
+    shares = np.clip((shares - LEAST) / (1 - 2 * LEAST), 0, 1)
+    shares /= shares.sum(axis=1, keepdims=True)
+    if len(points) > count:
+        face, corners = triangulate.locate(points[count:], points[:count], faces)
+        corners = np.clip(corners, 0, 1) / np.clip(corners, 0, 1).sum(axis=1, keepdims=True)
+        shares = np.vstack([shares, np.einsum("pc,pcn->pn", corners, shares[faces[face]])])
+    return shares
 
 
-def _laplacian(points: NDArray, faces: NDArray) -> tuple[object, NDArray]:
-    """The stiffness (N, N), sparse, positive, of heat in triangles, and the area round each point (N,)."""
+def _laplacian(points: NDArray, faces: NDArray) -> tuple[object, object]:
+    """Stiffness and mass (N, N), sparse, of a mesh: cotangents, none below 0 so that no share is."""
     from scipy import sparse
 
     corners = points[faces]
-    edges = np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1)  # opposite each corner
-    double = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
-    double = np.maximum(double, 1e-9 * double.max())
     rows, columns, values = [], [], []
-    for i, j in ((0, 1), (1, 2), (2, 0)):
-        weight = np.minimum(
-            (edges[:, i] * edges[:, j]).sum(axis=1) / (2 * double), 0
-        )  # obtuse corners pass no heat back
-        for a, b, value in ((i, j, weight), (j, i, weight), (i, i, -weight), (j, j, -weight)):
-            rows.append(faces[:, a])
-            columns.append(faces[:, b])
-            values.append(value)
-    table = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    area = np.bincount(faces.ravel(), np.repeat(double / 6, 3), minlength=len(points))
-    return sparse.csr_matrix(table, shape=(len(points), len(points))), area
+    area = np.zeros(len(points))
+    for k in range(3):
+        a, b = corners[:, (k + 1) % 3] - corners[:, k], corners[:, (k + 2) % 3] - corners[:, k]
+        doubled = np.maximum(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), 1e-12)
+        half = 0.5 * np.clip((a * b).sum(axis=1) / doubled, 1e-3, 1e3)
+        rows += [faces[:, (k + 1) % 3], faces[:, (k + 2) % 3]]
+        columns += [faces[:, (k + 2) % 3], faces[:, (k + 1) % 3]]
+        values += [half, half]
+        np.add.at(area, faces[:, k], doubled / 6)
+    shape = (len(points), len(points))
+    joined = sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape)
+    stiff = sparse.diags(np.asarray(joined.sum(axis=1)).ravel()) - joined
+    return stiff.tocsr(), sparse.diags(np.maximum(area, 1e-12)).tocsr()
+
+
+def _nearest(points: NDArray, to: NDArray) -> NDArray:
+    from scipy import spatial
+
+    return spatial.KDTree(points).query(to)[1]
+
+
+def _from_line(points: NDArray, line: NDArray) -> NDArray:
+    """How far points (N, 2) are from a line (2, 2)."""
+    start, way = line[0], line[1] - line[0]
+    share = np.clip((points - start) @ way / max(way @ way, 1e-12), 0, 1)
+    return np.linalg.norm(points - start - share[:, None] * way, axis=1)

@@ -2,6 +2,7 @@
 
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -104,18 +105,21 @@ def _style(element: ElementTree.Element) -> dict[str, str]:
     return {name.strip(): value.strip() for name, value in pairs}
 
 
-def _walk(group: Any, opacity: float, gradients: dict, drawn: list[DrawnPath], notes: list[str]) -> None:
+def _walk(
+    group: Any, opacity: float, gradients: dict, drawn: list[DrawnPath], notes: list[str], within: tuple[str, ...] = ()
+) -> None:
     from svgelements import Shape
 
     for element in group:
         own = getattr(element, "values", {}).get("attributes", {})
         seen = opacity * _number(own.get("opacity"), 1.0)
+        inside = (*within, str(own["id"])) if own.get("id") else within
         if isinstance(element, Shape):
             path = _drawn(element, seen, f"<{own.get('tag', 'path')}> {len(drawn) + 1}", gradients, notes)
             if path is not None:
-                drawn.append(path)
+                drawn.append(replace(path, within=inside))
         elif isinstance(element, list):
-            _walk(element, seen, gradients, drawn, notes)
+            _walk(element, seen, gradients, drawn, notes, inside)
 
 
 def _drawn(shape: Any, opacity: float, name: str, gradients: dict, notes: list[str]) -> DrawnPath | None:

@@ -21,6 +21,7 @@ from capture.fit.action import centre_lines
 from capture.motion import affine
 from retarget.characters import lift
 from retarget.characters.bend import Bent
+from retarget.characters.body import Body as Several
 from retarget.characters.drawing import Drawing
 from retarget.characters.mesh import Mesh
 from retarget.characters.picture import Picture
@@ -74,6 +75,8 @@ def bodies(performance: Performance) -> tuple[Body, ...]:
     depths = _depths(performance)
     found: list[Body] = []
     for role, depth in zip(performance.roles, depths, strict=True):
+        if isinstance(role.target, Several):  # its seams are in its points: what bends it becomes shapes
+            role = replace(role, target=replace(role.target.inner, part=role.target.part))
         if isinstance(role.target, Puppet):
             found += _jointed(role, performance.size, depth)
         elif isinstance(role.target, Mesh):
@@ -87,7 +90,7 @@ def _depths(performance: Performance) -> NDArray:
     """How much nearer each role is drawn (R, T): what is drawn later lies before all of what is drawn earlier."""
     order = np.stack([role.order for role in performance.roles])  # (R, T)
     pile = order.argsort(axis=0, kind="stable")
-    solid = [isinstance(role.target, (Mesh, Puppet)) for role in performance.roles]
+    solid = [role.points.shape[-1] == 3 for role in performance.roles]
     reach = [
         np.abs(role.points[..., 2]).max() / performance.size[1] if s else 0.0
         for role, s in zip(performance.roles, solid)
@@ -135,21 +138,21 @@ def _solid(role: Role, size: tuple[int, int], depth: NDArray) -> list[Body]:
     own = affine.compose(lift.lifted(flat, unit), target.view)
     mixed = np.tensordot(role.weights, target.keys.points, axes=1)
     placed = affine.fit(mixed, role.points)
-    if np.abs(role.points - affine.apply(placed, mixed)).max() > EXACT * np.ptp(role.points, axis=1).max():
-        raise InputError(
-            f"part {target.part!r}: a model in a 3-D file moves as a whole between its keys, this one is staged point "
-            "by point: make a video of it instead"
-        )
     stage = lift.lifted(stage_to_space(size), 1 / size[1])
-    place = affine.compose(stage, affine.compose(placed, affine.invert(own)))
-    shapes = affine.apply(own, target.keys.points)
+    if np.abs(role.points - affine.apply(placed, mixed)).max() > EXACT * np.ptp(role.points, axis=1).max():
+        names, shapes, weights, place = _fewest(affine.apply(stage, role.points))  # staged point by point
+        target = replace(target, keys=replace(target.keys, names=names, points=shapes))
+        own = affine.identity(3)
+    else:
+        names, shapes, weights = target.keys.names, affine.apply(own, target.keys.points), role.weights
+        place = affine.compose(stage, affine.compose(placed, affine.invert(own)))
     parts = solids.pieces(target, own)
     return [
         Body(
             target.part if len(parts) == 1 else f"{target.part} {number}",
-            target.keys.names,
+            names,
             shapes[:, part.points],
-            role.weights,
+            weights,
             place,
             part.faces,
             looks=() if part.look is None else (part.look,),
@@ -214,22 +217,28 @@ def _bent(role: Role, vertices: NDArray) -> NDArray:
 def _baked(name: str, points: NDArray, size: tuple[int, int], dress: Sheets, **shown: Any) -> Body:
     """A body from its vertices on the stage (T, V, 2) alone: the affine part of the way, and shapes for the rest.
 
-    The shapes are the fewest that bring every frame back, found by a singular value decomposition.
+    The shapes are the fewest that bring every frame back, found by a singular value decomposition: for a body of P
+    parts at most 6 P, since seams are straight mixtures.
     """
-    points = affine.apply(stage_to_space(size), points)
-    foot = np.array([points[0, :, 0].mean(), points[0, :, 1].min()])
+    names, shapes, weights, place = _fewest(affine.apply(stage_to_space(size), points))
+    return Body(name, names, _layered(shapes, dress), weights, lifted(place), dress.faces, looks=dress.looks, **shown)
+
+
+def _fewest(points: NDArray) -> tuple[tuple[str, ...], NDArray, NDArray, NDArray]:
+    """Names and shapes (D, V, d), weights (T, D) and maps (T, d, d + 1) that bring points (T, V, d) back."""
+    middle, low = points[0].mean(axis=0), points[0, :, 1].min()
+    foot = np.concatenate([middle[:1], [low], middle[2:]])
     base = points[0] - foot
     place = affine.fit(base, points)
-    bends = affine.apply(affine.invert(place), points) - base  # (T, V, 2)
+    bends = affine.apply(affine.invert(place), points) - base
     u, sigma, vt = np.linalg.svd(bends.reshape(len(points), -1), full_matrices=False)
     height = np.ptp(base, axis=0).max()
     left_out = np.sqrt(np.cumsum(sigma[::-1] ** 2))[::-1]  # no vertex is off by more in any frame
     count = int((left_out > EXACT * height).sum())
-    shares, modes = u[:, :count] * sigma[:count] / height, vt[:count].reshape(count, -1, 2) * height
+    shares, modes = u[:, :count] * sigma[:count] / height, vt[:count].reshape(count, *base.shape) * height
     weights = np.column_stack([1 - shares.sum(axis=1), shares])
     names = ("base", *(f"bend {number}" for number in range(1, count + 1)))
-    shapes = _layered(np.concatenate([base[None], base + modes]), dress)
-    return Body(name, names, shapes, weights, lifted(place), dress.faces, looks=dress.looks, **shown)
+    return names, np.concatenate([base[None], base + modes]), weights, place
 
 
 def _layered(points: NDArray, dress: Sheets) -> NDArray:

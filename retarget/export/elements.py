@@ -90,6 +90,8 @@ def one_frame(performance: Performance, t: int) -> Performance:
             visible=role.visible[one],
             order=role.order[one],
             mixed=role.mixed[one],
+            joint=role.joint[one],
+            limbs=None,
         )
         for role in performance.roles
     )

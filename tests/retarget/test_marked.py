@@ -17,7 +17,7 @@ from mocap.to_tracks import to_tracks
 from mocap.views import Views
 from retarget.characters.marked import MarkedDrawing, MarkedPicture, segments
 from retarget.characters.paths import DrawnPath
-from retarget.characters.shares import heat_shares
+from retarget.characters.heat import heat_shares
 from retarget.stage import draw2d
 from retarget.stage.play import play
 

@@ -1,0 +1,101 @@
+"""Beats of music that was made here, so that its beats are known."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from capture.errors import InputError
+from mocap.posing import beats
+
+RATE = 22050
+
+
+def clicks(bpm, seconds=12.0, first=0.3, noise=0.0, off=0.0, accent=1.0, seed=0):
+    """A click on every beat, a bar's first louder by `accent`, and between beats one of strength `off`."""
+    rng = np.random.default_rng(seed)
+    sound = rng.normal(0, noise, int(seconds * RATE)) if noise else np.zeros(int(seconds * RATE))
+    t = np.arange(int(0.04 * RATE)) / RATE
+    click = np.exp(-t / 0.01) * np.sin(2 * np.pi * 1200 * t)
+    step = 60 / bpm
+    for k, when in enumerate(np.arange(first, seconds - 0.05, step)):
+        for shift, strength in ((0, accent if k % 4 == 0 else 1.0), (step / 2, off)):
+            start = int((when + shift) * RATE)
+            if strength and start + len(click) < len(sound):
+                sound[start : start + len(click)] += strength * click
+    return sound
+
+
+@pytest.mark.parametrize("bpm", [60, 72, 85, 96, 108, 120, 133, 147, 160, 174, 180])
+@pytest.mark.parametrize("kind", ["plain", "noisy", "accented"])
+def test_the_tempo_of_clicks_is_heard(bpm, kind):
+    more = {"plain": {}, "noisy": {"noise": 0.05}, "accented": {"accent": 1.6, "noise": 0.01}}[kind]
+    found = beats.heard(clicks(bpm, **more), RATE)
+    assert found.bpm == pytest.approx(bpm, rel=0.02)
+    truth = np.arange(0.3, 11.9, 60 / bpm)
+    near = np.abs(found.times[:, None] - truth).min(axis=1)
+    assert np.median(near) < 0.02 and (near < 0.05).mean() > 0.9
+    assert len(found.times) >= 0.9 * len(truth)
+
+
+@pytest.mark.parametrize("bpm", [64, 90, 118])
+def test_weak_clicks_between_beats_do_not_double_the_tempo(bpm):
+    assert beats.heard(clicks(bpm, off=0.25, noise=0.01), RATE).bpm == pytest.approx(bpm, rel=0.02)
+
+
+def midi(path, tempos, length, ticks=480):
+    """A MIDI file with tempo changes [(beat, bpm)], written message by message."""
+    import mido
+
+    file = mido.MidiFile(ticks_per_beat=ticks)
+    track = mido.MidiTrack()
+    file.tracks.append(track)
+    now = 0
+    for beat, bpm in tempos:
+        tick = round(beat * ticks)
+        track.append(mido.MetaMessage("set_tempo", tempo=mido.bpm2tempo(bpm), time=tick - now))
+        now = tick
+    track.append(mido.Message("note_on", note=60, time=round(length * ticks) - now))
+    file.save(path)
+
+
+def test_midi_beats_follow_every_change_of_tempo(tmp_path):
+    """60 bpm for four beats, then 120, then from the middle of a beat 90."""
+    midi(tmp_path / "a.mid", [(0, 60), (4, 120), (8.5, 90)], 12)
+    found = beats.read_beats(tmp_path / "a.mid")
+    after = 4 + 4.5 / 2
+    truth = [0, 1, 2, 3, 4, 4.5, 5, 5.5, 6] + [after + (beat - 8.5) / 1.5 for beat in (9, 10, 11, 12)]
+    np.testing.assert_allclose(found.times, truth, atol=1e-5)
+    assert found.seconds == pytest.approx(truth[-1])
+
+
+def test_a_wav_file_is_heard_in_stereo_and_whole_numbers(tmp_path):
+    from scipy.io import wavfile
+
+    sound = clicks(100)
+    stereo = np.stack([sound, 0.5 * sound], axis=-1)
+    wavfile.write(tmp_path / "a.wav", RATE, (20000 * stereo).astype(np.int16))
+    assert beats.read_beats(tmp_path / "a.wav").bpm == pytest.approx(100, rel=0.01)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(40, 240), st.floats(0, 30), st.floats(0.5, 20))
+def test_counted_beats_have_times(bpm, beat, seconds):
+    music = beats.steady(bpm, seconds)
+    assert music.at(beat) == pytest.approx(beat * 60 / bpm)
+    assert beats.halved(beats.steady(bpm, 30)).at(beat) == pytest.approx(2 * beat * 60 / bpm)
+
+
+def test_what_is_no_music_is_refused(tmp_path):
+    for name, content in (("a.mid", b"MThd but not really"), ("b.mid", b""), ("a.wav", b"RIFF"), ("a.mp3", b"x")):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(InputError, match="must be a"):
+            beats.read_beats(tmp_path / name)
+    with pytest.raises(InputError, match="there is no"):
+        beats.read_beats(tmp_path / "none.mid")
+    with pytest.raises(InputError, match="silent"):
+        beats.heard(np.zeros(5 * RATE), RATE)
+    with pytest.raises(InputError, match="two seconds"):
+        beats.heard(np.ones(RATE), RATE)
+    with pytest.raises(InputError, match="40 to 240"):
+        beats.steady(1000, 3)
