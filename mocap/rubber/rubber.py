@@ -103,6 +103,24 @@ def joints_of(motion: SkeletonMotion) -> tuple[NDArray, NDArray]:
     return places.transpose(2, 0, 1), turns.transpose(2, 0, 1)
 
 
+def on_skeleton(made: RubberMotion) -> SkeletonMotion:
+    """The rubber motion as one of an ordinary skeleton with the sub-joints as joints, each turned and moved (6 DOF)."""
+    parts, parents = made.subjoints, made.subjoints.parents
+    pieces = np.bincount(parts.joint, minlength=len(parts.skeleton))
+    skeleton = Skeleton(parts.names(), parents, (parts.skeleton.offsets / pieces[:, None])[parts.joint])
+    places, turns = (np.ascontiguousarray(array.transpose(1, 2, 0)) for array in (made.positions, made.rotation))
+    translation, rotation = places.copy(), turns.copy()
+    for s, parent in enumerate(parents):
+        if parent >= 0:
+            back = quat.inverse(turns[parent])
+            translation[s] = quat.turned(back, places[s] - places[parent])
+            rotation[s] = quat.product(back, turns[s])
+    source = made.source
+    return SkeletonMotion(
+        skeleton, translation.transpose(2, 0, 1), rotation.transpose(2, 0, 1), source.fps, source.notes
+    )
+
+
 def rooted(motion: SkeletonMotion) -> SkeletonMotion:
     """The motion with each joint that moves freely against its parent made a root, and links as long as they are.
 

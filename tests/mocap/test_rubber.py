@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from mocap.bvh import read_bvh, write_bvh
 from mocap.rubber import lengths, rubber, squash
 from mocap.skeleton import Skeleton, SkeletonMotion
 
@@ -136,6 +137,23 @@ def test_springs_let_tips_swing_and_leave_the_root():
     away = np.linalg.norm(swinging.positions - stiff.positions, axis=-1).max(axis=0)
     foot = stiff.subjoints.ends[motion.skeleton.names.index("ankle")]
     assert away[0] == pytest.approx(0, abs=1e-12) and away[foot] > 0.02
+
+
+def test_as_an_ordinary_skeleton_it_has_the_same_places_and_turns():
+    made = rubber.make_rubber(_kicking(), omega=6)
+    motion = rubber.on_skeleton(made)
+    np.testing.assert_allclose(motion.positions(), made.positions, atol=1e-9)
+    turns = Rotation.from_matrix(motion.world()[..., :3].reshape(-1, 3, 3)).as_quat().reshape(made.rotation.shape)
+    np.testing.assert_allclose(np.abs((turns * made.rotation).sum(axis=-1)), 1, atol=1e-9)
+    np.testing.assert_allclose(motion.skeleton.lengths(), made.subjoints.lengths(), atol=1e-12)
+
+
+def test_written_as_bvh_it_reads_the_same(tmp_path):
+    made = rubber.make_rubber(_kicking(), omega=6)
+    write_bvh(rubber.on_skeleton(made), tmp_path / "kick.bvh")
+    back = read_bvh(tmp_path / "kick.bvh")
+    order = [made.subjoints.names().index(name) for name in back.skeleton.names]
+    np.testing.assert_allclose(back.positions(), made.positions[:, order], atol=1e-5)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
