@@ -159,15 +159,16 @@ def _depth(subjoints: SubJoints, joint: int) -> int:
 
 def _base(subjoints: SubJoints, end: int) -> int:
     """Where the limb of a sub-joint begins: the start of its rubber-joint group, or the next fork towards the root."""
-    joint = int(subjoints.joint[end])
-    for group in subjoints.groups:
-        if joint in group[1:]:
-            return int(subjoints.ends[group[0]])
-    forks = {p for p in subjoints.skeleton.parents if subjoints.skeleton.parents.count(p) > 1}
     parents = subjoints.skeleton.parents
-    above = parents[joint]
-    while above >= 0 and above not in forks and parents[above] >= 0:
+    forks = {p for p in parents if parents.count(p) > 1}
+    above = joint = int(subjoints.joint[end])
+    while above >= 0:
+        for group in subjoints.groups:
+            if above in group[1:]:  # it, or what it hangs on as toes do on an ankle
+                return int(subjoints.ends[group[0]])
         above = parents[above]
+        if above in forks or above >= 0 and parents[above] < 0:
+            break
     if above < 0:
         raise InputError(
             f"a goal must be for a joint that hangs on others, {subjoints.skeleton.names[joint]} is a root: "
