@@ -20,6 +20,9 @@ from mocap.skeleton import Skeleton, SkeletonMotion
 SOFT = 0.5
 """The last half of the way to the longest and shortest that a link may be is taken ever more slowly."""
 
+SETTLE = 0.2
+"""Seconds in which a foot comes down to where it was captured; in 0.1 steps jerk twice as much as exaggerated."""
+
 JOLT = 6.0
 """A first pose from which all joints jump so many times further than ever after is no part of the motion."""
 
@@ -47,18 +50,19 @@ def make_rubber(
     squash: float = 0.5,
     hose: float = 1.0,
     follow: float = 0.0,
-    feet: Sequence[int] = (),
+    feet: Sequence[int] | None = None,
     contacts: NDArray | None = None,
     calm: ArrayLike | None = None,
     loop: bool = False,
 ) -> RubberMotion:
     """Exaggerate an upright motion and bend its limbs.
 
-    `omega` is how much, for all or for each joint, over time too (see `exaggerate`); without it each part of the body
-    is exaggerated as much as keeps its links within `most_stretch` times their length, at most `amounts.MOST` times.
+    `omega` is how much, for all or for each joint, over time too (see `exaggerate`); where it is nan or not given, each
+    part of the body is exaggerated as much as keeps its links within `most_stretch` times their length.
     `sigma` is the seconds of the average that is exaggerated against, `squash` 0 to 1 how much stretch takes turns
     with squash, `hose` 0 to 1 how round limbs bend, `follow` 0 to 1 how much of the springs' swing is taken.  The
-    joints `feet` (F,) stay where they were captured while in contact (T, F), and go no lower than they ever were.
+    joints `feet` (F,) stay where they were captured while in `contacts` (T, F), and go no lower than they ever were;
+    not given, they are found; an empty list lets feet go where they will.
     """
     motion = rooted(motion)
     if posed_first(motion):
@@ -70,12 +74,14 @@ def make_rubber(
     captured, turns = joints_of(motion)
     calm = exaggerate.calm_of(motion.fps, sigma) if calm is None else calm
     deviations = exaggerate.deviation(captured, motion.fps, sigma, calm, loop)
-    omega = amounts.omega_of(captured, deviations, parts, most_stretch) if omega is None else omega
+    omega = np.asarray(np.nan if omega is None else omega, float)
+    if np.isnan(omega).any():
+        omega = np.where(np.isnan(omega), amounts.omega_of(captured, deviations, parts, most_stretch), omega)
     pushed = exaggerate.pushed(captured, deviations, omega, motion.skeleton.parents)
     pushed = _in_bounds(pushed, motion, most_stretch, squash, loop)
     placed = subjoints.place(subjoints.placing(parts, hose), pushed)
     placed = _swinging(placed, parts, motion.fps, follow, loop)
-    placed = _standing(placed, parts, captured, feet, contacts, motion.fps)
+    placed = _standing(placed, parts, captured, feet, contacts, motion)
     return finished(motion, parts, placed, captured, turns)
 
 
@@ -172,14 +178,22 @@ def _swinging(placed: NDArray, parts: SubJoints, fps: float, share: float, loop:
 
 
 def _standing(
-    placed: NDArray, parts: SubJoints, captured: NDArray, feet: Sequence[int], contacts: NDArray | None, fps: float
+    placed: NDArray,
+    parts: SubJoints,
+    captured: NDArray,
+    feet: Sequence[int] | None,
+    contacts: NDArray | None,
+    motion: SkeletonMotion,
 ) -> NDArray:
+    from mocap.rubber import feet as standing
+    from mocap.rubber import soles
+
+    if feet is None:
+        feet, contacts = soles.found(motion, captured)
     if not len(feet):
         return placed
-    from mocap.rubber import feet as standing
-
     if contacts is not None:
-        placed = standing.kept(placed, parts, captured, feet, contacts, fps)
+        placed = standing.kept(placed, parts, captured, feet, contacts, motion.fps, SETTLE)
     return standing.above(placed, parts, feet, captured)
 
 

@@ -33,7 +33,7 @@ def test_a_figure_that_glides_along_is_left_as_it_is():
 
 def test_links_stay_within_what_they_may_be_stretched():
     motion = _kicking()
-    made = rubber.make_rubber(motion, omega=20, most_stretch=1.5)
+    made = rubber.make_rubber(motion, omega=20, most_stretch=1.5, feet=[])
     skeleton = made.source.skeleton
     ratio = lengths.ratios(made.positions[:, made.subjoints.ends], skeleton.parents, skeleton.lengths())
     assert ratio.max() <= 1.5 and ratio.min() >= 1 / 1.5 and ratio.max() > 1.4 and ratio.min() < 0.95
@@ -50,14 +50,16 @@ def test_what_it_says_of_stretch_and_thickness_is_so():
     np.testing.assert_allclose(kept, 1, atol=0.02)
 
 
-def test_it_commutes_with_turning_and_carrying_the_whole_motion():
+@pytest.mark.parametrize(("turn", "feet"), [((0.3, 1.2, -0.5), ()), ((0, 1.2, 0), None)])
+def test_it_commutes_with_turning_and_carrying_the_whole_motion(turn, feet):
+    """With feet that stand on a floor, turned about the vertical."""
     motion = _kicking()
-    whole = Rotation.from_euler("xyz", [0.3, 1.2, -0.5])
+    whole = Rotation.from_euler("xyz", turn)
     translation, rotation = motion.translation.copy(), motion.rotation.copy()
     translation[:, 0] = whole.apply(translation[:, 0]) + [2, -1, 3]
     rotation[:, 0] = (whole * Rotation.from_quat(rotation[:, 0])).as_quat()
-    here = rubber.make_rubber(motion)
-    there = rubber.make_rubber(replace(motion, translation=translation, rotation=rotation))
+    here = rubber.make_rubber(motion, feet=feet)
+    there = rubber.make_rubber(replace(motion, translation=translation, rotation=rotation), feet=feet)
     moved = whole.apply(here.positions.reshape(-1, 3)).reshape(here.positions.shape) + [2, -1, 3]
     np.testing.assert_allclose(there.positions, moved, atol=1e-6)
     turned = (whole * Rotation.from_quat(here.rotation.reshape(-1, 4))).as_quat().reshape(here.rotation.shape)
