@@ -64,12 +64,12 @@ def make_rubber(
     joints `feet` (F,) stay where they were captured while in `contacts` (T, F), and go no lower than they ever were;
     not given, they are found; an empty list lets feet go where they will.
     """
-    motion = rooted(motion)
     if posed_first(motion):
         rest = None if contacts is None else contacts[1:]
         later = motion.part(1, len(motion))
         later = make_rubber(later, omega, sigma, most_stretch, squash, hose, follow, feet, rest, calm, loop)
-        return _joined(plain(motion.part(0, 1), hose), later, motion)
+        return _joined(plain(motion.part(0, 1), hose), later, rooted(motion))
+    motion = rooted(motion)
     parts = subjoints.subdivide(motion.skeleton)
     captured, turns = joints_of(motion)
     calm = exaggerate.calm_of(motion.fps, sigma) if calm is None else calm
@@ -133,7 +133,7 @@ def rooted(motion: SkeletonMotion) -> SkeletonMotion:
     Some files hang moving hips on a root that stays on the floor: what lies between them is no link.
     """
     skeleton, parents = motion.skeleton, np.array(motion.skeleton.parents)
-    middle = np.median(motion.translation, axis=0)
+    middle = np.median(motion.translation[:: max(len(motion) // 100, 1)], axis=0)
     away = np.abs(motion.translation - middle).max(axis=(0, 2))
     body = np.linalg.norm(middle[parents >= 0], axis=1).sum()
     free = (parents >= 0) & (away > 0.01 * body)
@@ -154,8 +154,8 @@ def posed_first(motion: SkeletonMotion) -> bool:
     """Whether the first frame is a pose that somebody set before the motion, as a T-pose is in many CMU files."""
     if len(motion) < 4:
         return False
-    turn = np.abs((motion.rotation[1:] * motion.rotation[:-1]).sum(axis=-1)).clip(max=1)
-    jumps = np.arccos(turn).mean(axis=1)
+    cosine = np.einsum("tji,tji->tj", motion.rotation[1:], motion.rotation[:-1])
+    jumps = np.sqrt(np.maximum(1 - cosine**2, 0)).mean(axis=1)  # sines of half the angles
     return bool(jumps[0] > JOLT * jumps[1:].max() and jumps[0] > 0.05)
 
 
