@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import capturing, lending, many, start
+from retarget.commands import capturing, lending, many, moving, start
 from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
@@ -17,6 +17,8 @@ COMMANDS: tuple[Callable[..., str], ...] = (
     many.batch,
     lending.retarget,
 )
+MOCAP: tuple[Callable[..., str], ...] = (moving.report,)
+"""The subcommands of `tooncap mocap`."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -30,6 +32,10 @@ def main(arguments: list[str] | None = None) -> int:
     )
     for command in COMMANDS:
         app.command(command)
+    moved = App(name="mocap", help="Work on motion capture: skeletons, not drawings.")
+    for command in MOCAP:
+        moved.command(command)
+    app.command(moved)
     from capture.errors import InputError
 
     try:
