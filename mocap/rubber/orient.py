@@ -13,7 +13,7 @@ from mocap import quaternions as quat
 from mocap.rubber.subjoints import SubJoints
 from mocap.skeleton import Skeleton
 
-BIND = 0.3
+BIND = 0.02
 """How much a joint with several children goes along with what it hangs on, beside how much it follows them all."""
 
 
