@@ -32,9 +32,12 @@ def play(motion: CartoonMotion, character: MarkedPicture | MarkedDrawing) -> Per
     pivots = dict(zip(names, affine.apply(place, parts.starts), strict=True))
     maps = np.stack([total_affine(motion, name, pivots) for name in names])  # (P, T, 2, 3)
     maps = affine.compose(maps, place)
-    orders = {limb: motion.tracks[parts.limbs.index(limb)].order for limb in parts.limbs}
-    roles = tuple(_role(piece, maps, orders[piece.limb], scale) for piece in character.pieces(parts))
-    return _on_page(Performance(roles, motion.times, motion.fps, motion.size))
+    roles = []
+    for piece in character.pieces(parts):
+        first = parts.limbs.index(piece.limb)
+        joint = affine.apply(maps[first], parts.starts[first][None])[:, 0]
+        roles.append(_role(piece, maps, motion.tracks[first].order, scale, joint))
+    return _on_page(Performance(tuple(roles), motion.times, motion.fps, motion.size))
 
 
 def play_mesh(
@@ -56,7 +59,17 @@ def play_mesh(
     seen = seen * scale
     seen[..., :2] += EDGE - scale * low
     ones, frames = np.ones((len(points), 1)), len(points)
-    role = Role(target, seen, ones, scale, np.ones(frames, bool), np.zeros(frames, int), np.zeros((1, 3)), ones)
+    role = Role(
+        target,
+        seen,
+        ones,
+        scale,
+        np.ones(frames, bool),
+        np.zeros(frames, int),
+        np.zeros((1, 3)),
+        ones,
+        seen.mean(axis=1)[:, :2],
+    )
     return Performance(
         (role,), np.arange(frames) / fps, fps, (int(np.ceil(scale * (high - low)[0] + 2 * EDGE)), height)
     )
@@ -68,7 +81,7 @@ def _on_page(performance: Performance) -> Performance:
     before = np.ceil(np.maximum(EDGE - every.min(axis=0), 0))
     after = np.ceil(np.maximum(every.max(axis=0) + EDGE - performance.size, 0))
     size = tuple(int(edge) for edge in performance.size + before + after)
-    roles = tuple(replace(role, points=role.points + before) for role in performance.roles)
+    roles = tuple(replace(role, points=role.points + before, joint=role.joint + before) for role in performance.roles)
     return replace(performance, roles=roles, size=size)
 
 
@@ -83,10 +96,10 @@ def _placed(motion: CartoonMotion, starts: NDArray, stops: NDArray) -> tuple[flo
     return float(scale), np.column_stack([linear, motion.tracks[0].pivot - linear @ starts[0]])
 
 
-def _role(piece: Piece, maps: NDArray, order: NDArray, scale: float) -> Role:
+def _role(piece: Piece, maps: NDArray, order: NDArray, scale: float, joint: NDArray) -> Role:
     frames = maps.shape[1]
     rest = piece.target.shapes(np.zeros((1, 3)))[0]  # (M, 2), aligned to key 0, which is as it was drawn
     mixed = np.tensordot(piece.shares, maps, axes=1)  # (M, T, 2, 3)
     points = np.einsum("mtij,mj->tmi", mixed[..., :2], rest) + np.swapaxes(mixed[..., 2], 0, 1)
     ones = np.ones((frames, 1))
-    return Role(piece.target, points, ones, scale, np.ones(frames, bool), order, np.zeros((1, 3)), ones)
+    return Role(piece.target, points, ones, scale, np.ones(frames, bool), order, np.zeros((1, 3)), ones, joint)
