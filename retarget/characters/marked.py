@@ -19,9 +19,9 @@ from mocap import marks as marking
 from mocap.marks import Marks
 from retarget.characters import paths
 from retarget.characters.drawing import Drawing, drawing
+from retarget.characters.heat import heat_shares
 from retarget.characters.paths import DrawnPath
 from retarget.characters.picture import Layer, Picture, halved, valid_ring
-from retarget.characters.heat import heat_shares
 from retarget.characters.target import REST
 
 FACES = 1500
