@@ -24,8 +24,9 @@ def travelled(acting: Performer, casting: Casting, places: NDArray) -> NDArray:
     positions = acting.positions
     lowest = positions[..., 1].min(axis=1)
     height = lowest - np.percentile(lowest, FLOOR)
-    ground = marks.places[:, 1].max()
-    down = ground - scale * np.maximum(height, 0) - places[..., 1].max(axis=1)
+    stands = [mark for mark, _ in casting.roles.values()]  # not a tail
+    ground = marks.places[stands, 1].max()
+    down = ground - scale * np.maximum(height, 0) - places[:, stands, 1].max(axis=1)
     return np.column_stack([_along(acting, casting, places, scale), down])
 
 

@@ -44,6 +44,7 @@ class Piece:
     target: Picture | Drawing
     shares: NDArray  # (M, P) of the target's points in the parts, rows sum to 1
     limb: str  # the limb whose drawn order it has
+    behind: bool = False  # behind all limbs, whatever they do
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,9 +122,12 @@ def _picture_pieces(pixels: NDArray, parts: Segments) -> tuple[Piece, ...]:
     layer = Layer(halved(pixels), points, pixels.shape[1::-1])
     of_limb = np.stack([shares[:, [one == limb for one in parts.limbs]].sum(axis=1) for limb in _limbs(parts)], axis=1)
     owner = of_limb[faces].sum(axis=1).argmax(axis=1)  # (F,)
+    outward = shares[faces].sum(axis=1).argmax(axis=1)  # of parts, which come from the body outwards
     found = []
     for number, limb in enumerate(_limbs(parts)):
         for chosen in _components(_grown(owner == number, faces), faces):
+            # where a limb folds over itself its end is on top, and what it only borrows from the body is below
+            chosen = chosen[np.lexsort([outward[chosen], owner[chosen] == number])]
             used = np.unique(faces[chosen])
             own = np.searchsorted(used, faces[chosen])
             outline = _outer_ring(points[used], own)
@@ -211,13 +215,18 @@ def _outer_ring(points: NDArray, faces: NDArray) -> NDArray:
 
 
 def _drawing_pieces(drawn: list[DrawnPath], parts: Segments) -> tuple[Piece, ...]:
-    """Elements that lie on one limb go with it alone; the others, such as a figure in one piece, with all parts."""
+    """Elements that lie on one limb go with it alone; the others, such as a figure in one piece, with all parts.
+
+    What of the trunk is drawn before any leg, such as a tail, stays behind the legs.
+    """
     names = _limbs(parts)
     limb_of_part = np.array([names.index(limb) for limb in parts.limbs])
     own = _limb_of_elements([paths.painted(path) for path in drawn], parts, limb_of_part)
+    first_leg = next((k for k, limb in enumerate(own) if limb >= 0 and names[limb].endswith("leg")), len(own))
+    kinds = [(limb, limb >= 0 and names[limb] == "trunk" and k < first_leg < len(own)) for k, limb in enumerate(own)]
     found = []
-    for number in dict.fromkeys(own):
-        members = [path for path, limb in zip(drawn, own, strict=True) if limb == number]
+    for number, behind in dict.fromkeys(kinds):
+        members = [path for path, kind in zip(drawn, kinds, strict=True) if kind == (number, behind)]
         target = drawing(names[number] if number >= 0 else "body", (REST,), [members])
         allowed = limb_of_part == number if number >= 0 else np.ones(len(limb_of_part), bool)
         mesh = affine.apply(target.keys.removed, target.keys.points)[0]
@@ -225,7 +234,7 @@ def _drawing_pieces(drawn: list[DrawnPath], parts: Segments) -> tuple[Piece, ...
         shares = np.zeros((len(mesh) + target.carry.shape[0], len(parts.names)))
         carried = np.clip(target.carry @ some, 0, None)
         shares[:, allowed] = np.vstack([some, carried / carried.sum(axis=1, keepdims=True)])
-        found.append(Piece(target, shares, names[max(number, 0)] if number >= 0 else "trunk"))
+        found.append(Piece(target, shares, names[number] if number >= 0 else "trunk", behind))
     return tuple(found)
 
 

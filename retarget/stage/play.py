@@ -36,7 +36,9 @@ def play(motion: CartoonMotion, character: MarkedPicture | MarkedDrawing) -> Per
     for piece in character.pieces(parts):
         first = parts.limbs.index(piece.limb)
         joint = affine.apply(maps[first], parts.starts[first][None])[:, 0]
-        roles.append(_role(piece, maps, motion.tracks[first].order, scale, joint))
+        order = motion.tracks[first].order
+        order = np.full_like(order, min(track.order.min() for track in motion.tracks) - 1) if piece.behind else order
+        roles.append(_role(piece, maps, order, scale, joint))
     return _on_page(Performance(tuple(roles), motion.times, motion.fps, motion.size))
 
 
