@@ -134,6 +134,8 @@ def sub_links(acting: Performer, bone: Bone) -> tuple[NDArray, NDArray, NDArray,
     points = np.einsum("np,tpx->tnx", mix, acting.positions[:, path])
     vectors = viewing.turned(np.diff(points, axis=1), acting.heading)
     stretch = np.linalg.norm(vectors, axis=-1) / (at[-1] / bone.pieces)
+    if bone.pieces == 1 and not bone.pointing:  # a stiff head on a neck that is always bent is as long as ever
+        stretch = stretch / max(float(np.median(stretch)), 1e-12)
     middle = np.clip(np.searchsorted(at, 0.5 * (even[1:] + even[:-1]), side="right") - 1, 0, len(links) - 1)
     rest = _at_rest(bone, np.diff(mix @ acting.rest[path], axis=0), vectors)
     return vectors, stretch, acting.thickness[:, links[middle]], rest
@@ -178,7 +180,7 @@ def _bone(joint: int, marks: Marks, pairs: dict[str, tuple[int, int]]) -> Bone:
     if start == pairs[role][1]:
         return Bone(joint, part, limb)
     pointing = what in ("elbow", "wrist", "knee", "ankle")
-    pieces = PIECES[part] if pointing or role in ("chest", "head") else 1
+    pieces = PIECES[part] if pointing or role == "chest" else 1  # a head stays stiff: it has a face
     return Bone(joint, part, limb, pieces, (start, pairs[role][1]), pointing=pointing)
 
 
