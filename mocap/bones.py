@@ -91,7 +91,7 @@ def performer(motion: SkeletonMotion | RubberMotion, turning: bool = True) -> Pe
     skeleton = source.skeleton
     rest = _rest(skeleton)
     heading = np.zeros(len(positions))
-    pairs = _sides(skeleton)
+    pairs = _sides(skeleton, positions[:, ends])
     if pairs:
         own = float(viewing.headings(rest[None], pairs, 1.0)[0])
         rest = viewing.turned(rest[None], np.array([own]))[0]
@@ -106,7 +106,7 @@ def cast_marks(motion: SkeletonMotion | RubberMotion, marks: Marks, views: Views
     """Who follows whom, found by the joints' names; without `views` they are chosen by what moves where."""
     marking.check(marks)
     skeleton = motion.source.skeleton if isinstance(motion, RubberMotion) else motion.skeleton
-    pairs, told = marking.matched(marks, skeleton.names, skeleton.parents)
+    pairs, told = marking.matched(marks, skeleton, _joints(motion))
     bones = tuple(_bone(joint, marks, pairs) for joint in range(len(marks)) if marks.lengths()[joint] > 0)
     if views is None:
         acting = performer(motion)
@@ -195,6 +195,13 @@ def _directions(acting: Performer, bones: tuple[Bone, ...], part: str) -> NDArra
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
 
 
+def _joints(motion: SkeletonMotion | RubberMotion) -> NDArray:
+    """Where the joints of a motion are (T, J, 3)."""
+    if isinstance(motion, RubberMotion):
+        return motion.positions[:, np.asarray(motion.subjoints.ends)]
+    return motion.positions()
+
+
 def _in_profile(marks: Marks, pairs: dict[str, tuple[int, int]]) -> bool:
     """Whether a drawing shows its side: shoulders and hips are narrow against the trunk."""
     widths = [
@@ -208,9 +215,9 @@ def _in_profile(marks: Marks, pairs: dict[str, tuple[int, int]]) -> bool:
     return max(widths) < viewing.NARROW * trunk
 
 
-def _sides(skeleton: Skeleton) -> list[tuple[int, int]]:
+def _sides(skeleton: Skeleton, places: NDArray) -> list[tuple[int, int]]:
     """Pairs of joints, left and right, that tell where a performer faces."""
-    found = marking.roles(skeleton.names, skeleton.parents)
+    found = marking.roles(skeleton, places)
     return [
         (found[f"left {what}"], found[f"right {what}"])
         for what in ("hip", "shoulder")

@@ -1,29 +1,22 @@
 """Joints marked on a drawing, and which joints of a skeleton they follow.
 
-Names differ from file to file (LeftArm, UpperArm_L, mixamorig:LeftShoulder, left_shoulder), and one word may mean two
-joints.  What never differs is the order of joints in a limb, so a limb is found by the words that are plain, elbow and
-knee and hand and foot, and its other joints by their place in it.
+Both are told by `body.find_body`, by their names or else by their shape, so that left_elbow is LeftForeArm here and
+LowerArm_L there.
 """
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
+from mocap.body import find_body
+from mocap.bodynames import kind_of
+from mocap.skeleton import Skeleton
 
-ARM = ("shoulder", "elbow", "wrist", "fingers")
+ARM = ("shoulder", "elbow", "wrist")
 LEG = ("hip", "knee", "ankle", "toe")
-TRUNK = ("hips", "chest", "head")
 SIDES = ("left", "right")
-
-_ELBOW = ("elbow", "forearm", "lowerarm", "lowarm", "loarm")
-_KNEE = ("knee", "lowerleg", "lowleg", "loleg", "shin", "calf", "crus")
-_WRIST, _ANKLE = ("wrist", "hand", "paw", "palm"), ("ankle", "foot", "paw")
-_TIP_OF_ARM, _TOE = ("finger", "middle", "index"), ("toe", "ball")
-_HEAD, _NECK = ("head", "skull", "face"), ("neck",)
-_HIPS, _CHEST = ("hips", "pelvis", "root", "hip"), ("torso", "chest", "thorax", "upperback", "spine")
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +36,12 @@ class Marks:
         away = np.linalg.norm(self.places - self.places[np.maximum(up, 0)], axis=1)
         return np.where(up < 0, 0.0, away)
 
+    def skeleton(self) -> Skeleton:
+        """The marks as a flat skeleton, y up."""
+        up = np.array(self.parents)
+        away = np.where((up < 0)[:, None], self.places, self.places - self.places[np.maximum(up, 0)])
+        return Skeleton(self.names, self.parents, np.column_stack([away * (1, -1), np.zeros(len(self))]))
+
 
 def check(marks: Marks, name: str = "the drawing") -> Marks:
     """Refuse marks that are no skeleton; returns them unchanged."""
@@ -60,58 +59,34 @@ def check(marks: Marks, name: str = "the drawing") -> Marks:
     return marks
 
 
-def roles(names: tuple[str, ...], parents: tuple[int, ...]) -> dict[str, int]:
-    """Which joint is what: {"hips": 0, "left elbow": 7, ...}, of joints' names and parents; what is not found is left.
+def roles(skeleton: Skeleton, places: NDArray | None = None) -> dict[str, int]:
+    """Which joint is what: {"hips": 0, "left elbow": 7, ...}; what is not found is left out.
 
-    The chest is where the arms part from the spine, the hips where the legs do.
+    The chest is where the arms part from the spine, the hips where the legs do.  `places` (T, J, 3), or (J, 3), help
+    where names do not tell.
     """
-    words = [_plain(name) for name in names]
-    sides = [_side(name) for name in names]
+    parts = find_body(skeleton, places).parts
     found: dict[str, int] = {}
     for side in SIDES:
-        for limb, bends, ends, tips in ((ARM, _ELBOW, _WRIST, _TIP_OF_ARM), (LEG, _KNEE, _ANKLE, _TOE)):
-            own = [joint for joint in range(len(names)) if sides[joint] == side]
-            bend = _first(own, words, bends)
-            if bend is None and limb is LEG:  # LeftUpLeg and LeftLeg: the leg below is the shank
-                bend = next((j for j in own if words[j] == "leg" and parents[j] in own), None)
-            if bend is None or parents[bend] < 0:
-                continue
-            found[f"{side} {limb[0]}"], found[f"{side} {limb[1]}"] = parents[bend], bend
-            below = [joint for joint in _below(bend, parents) if joint != bend]
-            end = _first(below, words, ends)
-            if end is None and below:
-                end = below[0]
-            if end is None:
-                continue
-            found[f"{side} {limb[2]}"] = end
-            beyond = [joint for joint in _below(end, parents) if joint != end]
-            tip = _first(beyond, words, tips)
-            if tip is not None:
-                found[f"{side} {limb[3]}"] = tip
-    found |= _trunk(words, sides, parents, found)
-    return found
-
-
-def _trunk(words: list[str], sides: list[str], parents: tuple[int, ...], limbs: dict[str, int]) -> dict[str, int]:
-    found: dict[str, int] = {}
-    middle = [joint for joint in range(len(words)) if not sides[joint]]
-    for name, ends in (("hips", "hip"), ("chest", "shoulder")):
-        pair = [limbs.get(f"{side} {ends}") for side in SIDES]
-        if None not in pair:
-            found[name] = _meet(*pair, parents)
-    if found.get("hips", -1) < 0:
-        found["hips"] = (_first(middle, words, _HIPS) or 0) if middle else 0
-    if found.get("chest", -1) < 0:
-        chest = [joint for joint in middle if any(word in words[joint] for word in _CHEST)]
-        found.pop("chest", None)
-        if chest:
-            found["chest"] = chest[-1]
-    head = [joint for joint in middle if any(word in words[joint] for word in _HEAD)]
-    neck = [joint for joint in middle if any(word in words[joint] for word in _NECK)]
-    if head or neck:
-        top = head or neck[-1:]
-        end = [joint for joint in range(len(words)) if parents[joint] == top[-1] and "end" in words[joint]]
-        found["head"] = (end or top)[-1]
+        arm, leg = list(parts.get(f"{side} arm", ())), list(parts.get(f"{side} leg", ()))
+        handless = arm and kind_of(skeleton.names[arm[-1]])[0] == "arm"
+        arm = arm[-2:] if handless else arm[-3:]
+        foot = next((k for k, joint in enumerate(leg) if kind_of(skeleton.names[joint])[0] == "foot"), 2)
+        leg = leg[max(foot - 2, 0) :]  # some files have a joint more above the hip
+        found |= {f"{side} {what}": joint for what, joint in zip(ARM, arm, strict=False) if len(arm) > 1}
+        found |= {f"{side} {what}": joint for what, joint in zip(LEG, leg, strict=False) if len(leg) > 1}
+        if handless and len(arm) > 1 and skeleton.children(arm[-1]):
+            found[f"{side} wrist"] = skeleton.children(arm[-1])[0]
+    spine = parts.get("spine", ())
+    for name, ends, otherwise in (("hips", "hip", spine[:1]), ("chest", "shoulder", spine[-1:])):
+        pair = [found.get(f"{side} {ends}") for side in SIDES]
+        met = -1 if None in pair else _meet(*pair, skeleton.parents)
+        if met >= 0 or otherwise:
+            found[name] = met if met >= 0 else otherwise[0]
+    if parts.get("head"):
+        top = parts["head"][-1]
+        end = [child for child in skeleton.children(top) if not skeleton.children(child)]
+        found["head"] = end[0] if len(end) == 1 and "end" in skeleton.names[end[0]].lower() else top
     return found
 
 
@@ -129,9 +104,9 @@ def limb_of(joint: int, parents: tuple[int, ...], role_of: dict[int, str]) -> st
     return "trunk"
 
 
-def matched(marks: Marks, names: tuple[str, ...], parents: tuple[int, ...]) -> tuple[dict[str, tuple[int, int]], str]:
+def matched(marks: Marks, skeleton: Skeleton, places: NDArray | None = None) -> tuple[dict[str, tuple[int, int]], str]:
     """Which joint of a skeleton each marked joint follows: role -> (mark, joint), and a sentence that says it."""
-    here, there = roles(marks.names, marks.parents), roles(names, parents)
+    here, there = roles(marks.skeleton()), roles(skeleton, places)
     pairs = {role: (mark, there[role]) for role, mark in here.items() if role in there}
     if len(pairs) < 3:
         raise InputError(
@@ -140,50 +115,8 @@ def matched(marks: Marks, names: tuple[str, ...], parents: tuple[int, ...]) -> t
         )
     used = {mark for mark, _ in pairs.values()}
     left = [name for joint, name in enumerate(marks.names) if joint not in used and marks.lengths()[joint] > 0]
-    told = ", ".join(f"{marks.names[mark]} = {names[joint]}" for mark, joint in pairs.values())
+    told = ", ".join(f"{marks.names[mark]} = {skeleton.names[joint]}" for mark, joint in pairs.values())
     return pairs, f"joints: {told}" + (f"; {', '.join(left)} go with what they hang on" if left else "")
-
-
-def _plain(name: str) -> str:
-    """A name's word: no prefix before a colon, no blanks, no side, small."""
-    return re.sub(r"[^a-z0-9]", "", _sideless(name).lower())
-
-
-def _sideless(name: str) -> str:
-    name = re.split(r"[:|]", name)[-1]
-    name = re.sub(r"(?i)left|right", "", name)
-    name = re.sub(r"(?<![A-Za-z])[LRlr](?=[_.\-\s]|[A-Z])", "", name)
-    return re.sub(r"[_.\-\s][LRlr](?=$|[_.\-\s])", "", name)
-
-
-def _side(name: str) -> str:
-    bare = re.split(r"[:|]", name)[-1]
-    for side, letter in (("left", "L"), ("right", "R")):
-        if re.search(f"(?i){side}", bare) or re.search(
-            rf"(?:(?<![A-Za-z]){letter}(?=[_.\-\s]|[A-Z][a-z])|[_.\-\s]{letter}(?=$|[_.\-\s\d]))"
-            rf"|(?:^|[_.\-\s]){letter.lower()}(?=$|[_.\-\s])|^{letter.lower()}(?=hand|foot|arm|leg|thumb)",
-            bare,
-        ):
-            return side
-    return ""
-
-
-def _first(joints: list[int], words: list[str], wanted: tuple[str, ...]) -> int | None:
-    """The first joint with one of the words in its name, the first words first."""
-    for word in wanted:
-        for joint in joints:
-            if word in words[joint] and not words[joint].endswith("end"):
-                return joint
-    return None
-
-
-def _below(joint: int, parents: tuple[int, ...]) -> list[int]:
-    """The joint and all that hang on it, parents first."""
-    inside = {joint}
-    for other in range(joint + 1, len(parents)):
-        if parents[other] in inside:
-            inside.add(other)
-    return sorted(inside)
 
 
 def _meet(one: int, other: int, parents: tuple[int, ...]) -> int:

@@ -87,7 +87,7 @@ def segments(marks: Marks, names: tuple[str, ...]) -> Segments:
     for name in names:
         joint, number = _joint_of(name, marks)
         cut[joint] = max(cut.get(joint, 1), number)
-    roles = {mark: role for role, mark in marking.roles(marks.names, marks.parents).items()}
+    roles = {mark: role for role, mark in marking.roles(marks.skeleton()).items()}
     starts, stops, limbs = [], [], []
     for name in names:
         joint, number = _joint_of(name, marks)

@@ -6,6 +6,7 @@ import pytest
 from capture.errors import InputError
 from fixtures import stickman
 from mocap.marks import Marks, check, matched, roles
+from mocap.skeleton import Skeleton
 
 LIMBS = {
     "shoulder": {
@@ -63,24 +64,31 @@ def _figure(style):
 @pytest.mark.parametrize("style", TRUNK)
 def test_joints_are_found_by_the_names_that_files_use(style):
     names, parents, truth = _figure(style)
-    found = roles(names, parents)
+    found = roles(Skeleton(names, parents, np.ones((len(names), 3))))
     assert {role: names[joint] for role, joint in found.items()} == truth
 
 
 def test_annotations_of_animated_drawings_match_a_skeleton():
-    names, parents, _ = stickman.skeleton()
-    marks = Marks(*stickman.marks())
-    pairs, told = matched(marks, names, parents)
-    assert {marks.names[mark]: names[joint] for mark, joint in pairs.values()} == {
+    own, marks = Skeleton(*stickman.skeleton()), Marks(*stickman.marks())
+    pairs, told = matched(marks, own)
+    assert {marks.names[mark]: own.names[joint] for mark, joint in pairs.values()} == {
         mark: joint for joint, mark in stickman.MARKED.items()
     }
     assert "left_elbow = LeftForeArm" in told
 
 
+def test_joints_without_names_are_told_by_their_shape():
+    names, parents, offsets = stickman.skeleton()
+    nameless = Skeleton(tuple(f"joint {n}" for n in range(len(names))), parents, offsets)
+    told, truth = roles(nameless, stickman.at_rest()), roles(Skeleton(names, parents, offsets))
+    for what in ("elbow", "wrist", "knee", "ankle"):
+        assert {told[f"left {what}"], told[f"right {what}"]} == {truth[f"left {what}"], truth[f"right {what}"]}
+
+
 def test_marks_that_are_no_figure_are_refused():
     lamp = Marks(("foot", "stem", "shade"), (-1, 0, 1), np.array([[0, 0], [0, -5], [0, -9.0]]))
     with pytest.raises(InputError, match="left_elbow, right_knee"):
-        matched(lamp, *stickman.skeleton()[:2])
+        matched(lamp, Skeleton(*stickman.skeleton()))
 
 
 @pytest.mark.parametrize(
