@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from mocap.rubber.rubber import RubberMotion
     from mocap.skeleton import SkeletonMotion
     from mocap.views import Views
+    from retarget.characters.meshfiles import Model
+    from retarget.characters.skin import Skin
 
 View = Literal["front", "side"]
 
@@ -34,7 +36,7 @@ def play(
     size: int | None = None,
     background: str | None = None,
 ) -> str:
-    """Let motion capture, made of rubber, play a drawing with marked joints; or make a model's own motion of rubber.
+    """Let motion capture, made of rubber, play a drawing with marked joints, a body of hoses, or a model itself.
 
     Parameters
     ----------
@@ -42,10 +44,11 @@ def play(
         A *.bvh file; or a model, *.glb or *.gltf, that moves by itself.
     drawing
         Who plays: an SVG with joints marked by circles in a group with the id "joints", or a folder with texture.png,
-        mask.png and char_cfg.yaml as AnimatedDrawings writes them.  A model plays itself.
+        mask.png and char_cfg.yaml as AnimatedDrawings writes them.  Without one a body of rubber hoses plays; a model
+        plays itself.
     out
-        .mp4, .mov, .webm, .gif or a folder of PNG; .glb; .json (Lottie), .svg; *.motion.json keeps the motion of all
-        sub-links.  NAME.play.mp4 beside you if not given.
+        .mp4, .mov, .webm, .gif or a folder of PNG; .glb; of a drawing also .json (Lottie), .svg, and *.motion.json,
+        which keeps the motion of all sub-links.  NAME.play.mp4 beside you if not given.
     omega
         How many times the motion is exaggerated; without it as much as `stretch` allows in each limb.
     stretch
@@ -65,7 +68,7 @@ def play(
     animation
         Of a model: which of its animations; the first without it.
     plane
-        Of a model: the side it is seen from: "zy" as it looks to the right, "-zy" to the left, "xy" its front.
+        Of a model or of hoses: the side it is seen from: "zy" as it looks to the right, "-zy" to the left, "xy" its front.
     rate
         About so many frames a second are drawn.
     start
@@ -78,27 +81,39 @@ def play(
         A colour, a picture or a clip.
     """
     from capture.errors import InputError
-    from capture.motion import tracks
-    from capture.pictures.encode import write_clip
-    from capture.progress import progress
-    from retarget.characters.backdrop import read_background
-    from retarget.export import formats
-    from retarget.stage import draw2d
 
     out = out or Path(stem(clip) + ".play.mp4")
     rubber = {"omega": omega, "most_stretch": stretch, "squash": squash, "hose": hose, "follow": follow}
     cut = (rate, start, seconds, stiff, rubber)
-    if clip.suffix.lower() in (".glb", ".gltf"):
-        if drawing is not None:
-            raise InputError(f"{clip} is a model and plays itself: leave the drawing out")
-        return _model(clip, out, animation, plane, cut, size, background)
-    if drawing is None:
-        raise InputError(f"{clip} needs somebody who plays it: add a drawing with marked joints")
+    model = clip.suffix.lower() in (".glb", ".gltf")
+    if model and drawing is not None:
+        raise InputError(f"{clip} is a model and plays itself: leave the drawing out")
+    if model or drawing is None:
+        return _solid(clip, out, animation, plane, cut, size, background)
+    return _drawn(clip, drawing, out, view, foreshorten, cut, size, background)
+
+
+def _drawn(
+    clip: Path,
+    drawing: Path,
+    out: Path,
+    view: View | None,
+    foreshorten: float,
+    cut: tuple,
+    size: int | None,
+    background: str | None,
+) -> str:
+    from capture.motion import tracks
+    from capture.pictures.encode import write_clip
+    from capture.progress import progress
     from mocap.bones import cast_marks
     from mocap.bvh import read_bvh
     from mocap.to_tracks import to_tracks
     from mocap.units import upright
+    from retarget.characters.backdrop import read_background
     from retarget.characters.markfiles import read_marked
+    from retarget.export import formats
+    from retarget.stage import draw2d
     from retarget.stage import play as stage
 
     character, motion = read_marked(drawing), upright(read_bvh(clip))
@@ -123,20 +138,55 @@ def play(
     return said
 
 
-def _model(
+def _solid(
     clip: Path, out: Path, animation: str, plane: str, cut: tuple, size: int | None, background: str | None
 ) -> str:
-    """A model's own animation made of rubber, as a *.glb again or as a video."""
+    """A model's own animation, or a body of hoses in a captured motion, made of rubber: as a *.glb or as a video."""
     from capture.errors import InputError
     from capture.pictures.encode import write_clip
     from capture.progress import progress
-    from retarget.characters import rubber_skin
     from retarget.characters.backdrop import read_background
-    from retarget.characters.meshfiles import read_model
-    from retarget.characters.skin import read_skin
+    from retarget.characters.rubber_skin import posed, rubber_skin
+    from retarget.export import formats
     from retarget.export.rubber import write_rubber
     from retarget.stage import draw2d
     from retarget.stage.play import play_mesh
+
+    if formats.drawings(out) or out.name.endswith(".motion.json"):
+        raise InputError(
+            f"{out.name} holds drawings, and nobody drawn plays: ask for a video or a .glb, or add a drawing"
+        )
+    read = _hoses if clip.suffix.lower() == ".bvh" else _model
+    made, model, skin, said = read(clip, animation, cut)
+    bound, fps = rubber_skin(skin, model.points, made.subjoints), made.source.fps
+    if out.suffix.lower() in (".glb", ".gltf"):
+        write_rubber(model, bound, made, out, clip.stem)
+    else:
+        performance = play_mesh(posed(bound, model.points, made), model, fps, plane)
+        behind = None if background is None else read_background(background)
+        frames = draw2d.draw_frames(performance, behind, size)
+        write_clip(out, progress(frames, "drawing", len(made)), fps, performance.times)
+    joints, ours = len(made.subjoints.skeleton), len(made.subjoints)
+    return f"{out}: {len(made)} frames at {fps:.4g} a second, {said} on {ours} sub-joints of {joints} joints"
+
+
+def _hoses(clip: Path, _: str, cut: tuple) -> "tuple[RubberMotion, Model, Skin, str]":
+    from mocap.bvh import read_bvh
+    from mocap.units import upright
+    from retarget.characters.hoses import hoses
+
+    motion = upright(read_bvh(clip))
+    tell(f"{clip}: {note}" for note in motion.notes)
+    made = _made(motion, *cut)
+    model, skin = hoses(made.subjoints.skeleton, motion.positions())
+    return made, model, skin, f"a body of hoses plays {clip.name}"
+
+
+def _model(clip: Path, animation: str, cut: tuple) -> "tuple[RubberMotion, Model, Skin, str]":
+    from capture.errors import InputError
+    from retarget.characters.meshfiles import read_model
+    from retarget.characters.rubber_skin import motion_of
+    from retarget.characters.skin import read_skin
 
     skin, model = read_skin(clip), read_model(clip)
     if skin is None or not skin.animations:
@@ -144,18 +194,7 @@ def _model(
             f"{clip} must have a skin and an animation to move by, it has none: give motion capture instead"
         )
     animation = animation or next(iter(skin.animations))
-    made = _made(rubber_skin.motion_of(skin, animation), *cut)
-    bound = rubber_skin.rubber_skin(skin, model.points, made.subjoints)
-    fps = made.source.fps
-    if out.suffix.lower() in (".glb", ".gltf"):
-        write_rubber(model, bound, made, out, clip.stem)
-    else:
-        performance = play_mesh(rubber_skin.posed(bound, model.points, made), model, fps, plane)
-        behind = None if background is None else read_background(background)
-        frames = draw2d.draw_frames(performance, behind, size)
-        write_clip(out, progress(frames, "drawing", len(made)), fps, performance.times)
-    joints, ours = len(made.subjoints.skeleton), len(made.subjoints)
-    return f"{out}: {len(made)} frames at {fps:.4g} a second, {animation} on {ours} sub-joints of {joints} joints"
+    return _made(motion_of(skin, animation), *cut), model, skin, animation
 
 
 def _made(

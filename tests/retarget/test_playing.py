@@ -69,10 +69,22 @@ def test_it_goes_out_to_other_programs(wave, tmp_path, ending):
     assert out.stat().st_size > 10_000
 
 
+def test_without_a_drawing_a_body_of_hoses_plays_and_goes_out_and_in_again(wave, tmp_path, capsys):
+    assert main(["mocap", "play", str(wave), "-o", str(tmp_path / "hoses.glb")]) == 0
+    assert "a body of hoses plays wave.bvh on" in _said(capsys)
+    assert (
+        main(
+            ["mocap", "play", str(tmp_path / "hoses.glb"), "--stiff", "-o", str(tmp_path / "again.gif"), "--size", "90"]
+        )
+        == 2
+    )
+    assert "bake its scale" in _said(capsys)  # rubber stretches its joints
+
+
 @pytest.mark.parametrize(
     ("more", "told"),
     [
-        ([], "add a drawing with marked joints"),
+        (["-o", "wave.svg"], "or add a drawing"),
         (["{characters}/bottle.svg"], "circles with ids"),
         (["{characters}/tomcat.svg", "--view", "top"], "top"),
         (["{characters}/tomcat.svg", "--start", "9"], "lasts 1.00 seconds"),
