@@ -1,12 +1,14 @@
 """A mesh on a skeleton made of rubber: its skin weights shared out to the sub-joints (Kwon & Lee 2008, section 6).
 
-A vertex that followed joint k with weight w_k follows the sub-joints l along the links that begin at k, by how near
-they were when it was bound:
+A vertex that followed joint k with weight w_k follows the sub-joints l of the links that begin at k, by how near they
+were when it was bound:
 
-    w'_kl = w_k (1 / d_l^p) / sum_l (1 / d_l^p)
+    w'_kl = w_k (1 / d_l) / sum_l (1 / d_l)
 
-which sums to w_k.  The paper has p = 1; a far sub-joint then still has a say, and a bent limb is drawn in towards
-its chord.  A sub-joint carries what is round it turned, stretched along its link and thinned across:
+which sums to w_k.  With all sub-joints, as the paper has it, far ones have a say, and a bent limb is drawn in towards
+its chord and kinks.  With the two nearest, which is the default, a vertex on the bone lies on the curve: a hose bent to
+a quarter of a circle by six sub-joints is off by 0.08 of its radius, not 0.6.  A sub-joint carries what is round it
+turned, stretched along its link and thinned across:
 
     v(t) = sum_l w'_l (P_l + R_l S_l (v - q_l))
 
@@ -25,8 +27,8 @@ from mocap.rubber.subjoints import SubJoints
 from mocap.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
 from retarget.characters.skin import Pose, Skin, sampled
 
-POWER = 4.0
-"""How fast a sub-joint's say falls off with its distance."""
+BESIDE = 2
+"""A vertex follows so many sub-joints for each joint that it followed."""
 
 NEAREST = 1e-3
 """Of the skeleton's size: no vertex counts as nearer to a sub-joint than this."""
@@ -80,11 +82,11 @@ def motion_of_poses(skin: Skin, pose: Pose, fps: float) -> SkeletonMotion:
 
 
 def rubber_skin(
-    skin: Skin, points: NDArray, subjoints: SubJoints, power: float = POWER, most: int = MOST
+    skin: Skin, points: NDArray, subjoints: SubJoints, beside: int = BESIDE, most: int = MOST
 ) -> RubberSkin:
     """A skin for points (N, 3), as they were bound, on the sub-joints of its skeleton by `motion_of`."""
     home = rest_places(subjoints)
-    shares = strongest(redistributed(joint_shares(skin), points, subjoints, power), most)
+    shares = strongest(redistributed(joint_shares(skin), points, subjoints, beside), most)
     return RubberSkin(subjoints.names(), home, _axes(subjoints), shares)
 
 
@@ -97,10 +99,11 @@ def joint_shares(skin: Skin) -> object:
     return (skin.shares @ sparse.csr_matrix(table, shape=(len(bindings), len(skin.names)))).tocsr()
 
 
-def redistributed(shares: object, points: NDArray, subjoints: SubJoints, power: float = POWER) -> object:
-    """Shares (N, J) in joints as shares (N, S), sparse, in sub-joints; power 1 is the paper's.
+def redistributed(shares: object, points: NDArray, subjoints: SubJoints, beside: int | None = BESIDE) -> object:
+    """Shares (N, J) in joints as shares (N, S), sparse, in the `beside` nearest sub-joints, or as in the paper in all.
 
     For each joint a point's shares in the sub-joints of the links that begin there sum to its share in the joint.
+    The far end of a link counts where the link is cut: there the curve goes on; elsewhere the next joint is another.
     """
     from scipy import sparse
 
@@ -115,7 +118,9 @@ def redistributed(shares: object, points: NDArray, subjoints: SubJoints, power: 
             continue
         some = _along_links_from(joint, subjoints)
         near = np.linalg.norm(points[followers, None] - home[some], axis=-1)
-        say = (floor / np.maximum(near, floor)) ** power
+        say = floor / np.maximum(near, floor)
+        if beside is not None and len(some) > beside:
+            say = np.where(say >= np.partition(say, -beside, axis=1)[:, -beside, None], say, 0.0)
         rows.append(np.repeat(followers, len(some)))
         columns.append(np.tile(some, len(followers)))
         values.append((weight[:, None] * say / say.sum(axis=1, keepdims=True)).ravel())
@@ -176,10 +181,10 @@ def rest_places(subjoints: SubJoints) -> NDArray:
 
 
 def _along_links_from(joint: int, subjoints: SubJoints) -> NDArray:
-    """The joint's own sub-joint, and those along the links to its children, but not the children themselves."""
-    children = np.array(subjoints.skeleton.parents)[subjoints.joint] == joint
-    inner = np.flatnonzero(children & (subjoints.along < 1))
-    return np.concatenate([[subjoints.ends[joint]], inner])
+    """The joint's own sub-joint, and those of the cut links to its children."""
+    pieces = np.bincount(subjoints.joint, minlength=len(subjoints.skeleton))
+    cut = (np.array(subjoints.skeleton.parents)[subjoints.joint] == joint) & (pieces[subjoints.joint] > 1)
+    return np.concatenate([[subjoints.ends[joint]], np.flatnonzero(cut)])
 
 
 def _round_each(values: NDArray, subjoints: SubJoints) -> NDArray:

@@ -68,7 +68,7 @@ def play(
     animation
         Of a model: which of its animations; the first without it.
     plane
-        Of a model or of hoses: the side it is seen from: "zy" as it looks to the right, "-zy" to the left, "xy" its front.
+        Of a model or of hoses: the side that is seen: "zy" as it looks to the right, "-zy" to the left, "xy" its front.
     rate
         About so many frames a second are drawn.
     start

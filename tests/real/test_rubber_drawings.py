@@ -16,6 +16,7 @@ from mocap.rubber.rubber import make_rubber, plain
 from mocap.to_tracks import to_tracks
 from mocap.units import upright
 from retarget.characters import rubber_skin
+from retarget.characters.hoses import hoses
 from retarget.characters.markfiles import read_marked
 from retarget.characters.meshfiles import read_model
 from retarget.characters.skin import read_skin, sampled, skinned
@@ -117,6 +118,20 @@ def test_feet_that_stand_slide_little_on_a_drawing(data):
     assert stood > 1.0 and speed < 0.25
 
 
+@pytest.mark.parametrize(("clip", "plane"), [("kick", "zy"), ("dance", "xy")])
+def test_a_body_of_hoses_plays_without_any_drawing(data, sheets, clip, plane):
+    motion = _rubber(data, clip)
+    model, skin = hoses(motion.subjoints.skeleton, motion.source.positions())
+    bound = rubber_skin.rubber_skin(skin, model.points, motion.subjoints)
+    points = rubber_skin.posed(bound, model.points, motion)
+    played = play_mesh(points, model, motion.source.fps, plane, height=360)
+    write_picture(sheets / f"{clip}_of_hoses.png", _sheet(played))
+    hands = [motion.subjoints.ends[motion.subjoints.skeleton.names.index(f"{side}Hand")] for side in ("Left", "Right")]
+    for hand in hands:
+        away = np.linalg.norm(points - motion.positions[:, hand, None], axis=-1).min(axis=1)
+        assert away.max() < 0.12  # metres: the glove is round the hand
+
+
 def test_the_running_fox_is_made_of_rubber(data, sheets, tmp_path):
     """Its own run is kept where nothing is exaggerated; made of rubber it goes further, and out and back as a GLB."""
     path = data / "meshes" / "Fox.glb"
@@ -127,7 +142,7 @@ def test_the_running_fox_is_made_of_rubber(data, sheets, tmp_path):
     calm = plain(motion)
     size = np.ptp(model.points, axis=0).max()
     kept = rubber_skin.posed(rubber_skin.rubber_skin(skin, model.points, calm.subjoints), model.points, calm)
-    assert np.abs(kept - own).max() < 0.02 * size
+    assert np.abs(kept - own).max() < 0.05 * size
     made = make_rubber(motion, omega=3.0, loop=True)
     bound = rubber_skin.rubber_skin(skin, model.points, made.subjoints)
     points = rubber_skin.posed(bound, model.points, made)
