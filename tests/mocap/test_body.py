@@ -91,6 +91,16 @@ def test_a_rope_has_a_spine_and_nothing_else():
     assert body.parts == {"spine": (0, 1, 2, 3, 4)} and body.feet == body.hands == ()
 
 
+def test_an_upper_body_has_arms_and_no_legs():
+    """Legs are often not captured; arms are not taken for them."""
+    kept = [joint for joint, name in enumerate(PERSON.names) if not any(leg in name for leg in ("Leg", "Foot", "Toe"))]
+    parents = tuple(kept.index(PERSON.parents[joint]) if joint else -1 for joint in kept)
+    torso = Skeleton(tuple(PERSON.names[joint] for joint in kept), parents, PERSON.offsets[kept])
+    body = find_body(torso, WALK.positions[:, kept])
+    assert set(body.parts) == {"spine", "head", "left arm", "right arm"} and body.feet == ()
+    assert _said(body.hands, torso) == "LeftHand RightHand"
+
+
 def test_one_joint_is_no_trouble():
     body = find_body(Skeleton(("ball",), (-1,), np.zeros((1, 3))))
     assert body.feet == () and body.label.shape == (1,)
