@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from capture.motion import arap
+from fixtures.sack import KEYS
+from fixtures.write import CHARACTERS
 from retarget.characters.drawing import read_drawing
 from retarget.characters.limbs import gaps_at, hang, joined, limbs
 from retarget.characters.paths import pieces, split
@@ -73,3 +75,11 @@ def test_keys_of_a_drawing_with_limbs_are_redrawn_exactly(waver, by_hand):
         removed = character.keys.removed[k]
         drawn = shapes[k, start:] @ removed[:, :2].T + removed[:, 2]
         assert np.abs(drawn - truth).max() < 1e-6
+
+
+def test_no_element_rides_on_a_limb_that_it_lies_beside():
+    """A flower whose leaves swing needs limbs; its long stem, outside its head, once went with the head's mesh."""
+    flower = cut([CHARACTERS / f"flower_{key}.svg" for key in KEYS])
+    found = limbs(flower, 10.0)
+    lowest = max(path[0].points[:, 1].max() for path in flower)
+    assert max(limb.points[0, :, 1].max() for limb in found) > lowest - 5
