@@ -10,17 +10,16 @@ from capture.pictures import lineart
 from capture.pictures.clip import Clip, clip_of
 from capture.pictures.encode import write_clip
 from capture.progress import progress
-from fixtures import backdrop, ball, hat, pencil, sack, write
-from retarget.characters import cast as casting
+from fixtures import backdrop, ball, hat, pencil, props, sack, write
 from retarget.characters.castfile import BEND, Cast, CastKey, CastPart
-from retarget.demos.shown import Shown, captured, drawn, leave, played, point_errors
+from retarget.demos.shown import Shown, captured, drawn, leave, played, point_errors, write_text
 from retarget.stage import plate
 
 
 def ball_to_pumpkin(folder: Path, zoom: float = 1.0) -> Shown:
     """A ball bounces, squashed and stretched by nothing but affine maps; a pumpkin bounces like it (figure 3)."""
     toon, _, clip, motion = captured(ball.ball(), folder, zoom)
-    cast = Cast((CastPart("ball", drawing=_character("pumpkin"), height=1.3),))
+    cast = Cast((CastPart("ball", drawing=_character("pumpkin")),))
     performance = played(cast, motion, folder / "pumpkin.cast.toml")
     made = drawn(performance, backdrop.backdrop(True, ball.GROUND, (0, 0, 0), (214, 150, 84)))
     shown = Shown(clip, made, motion, performance, float(np.median(point_errors(motion, toon))))
@@ -31,8 +30,11 @@ def ball_to_pumpkin(folder: Path, zoom: float = 1.0) -> Shown:
 def hat_to_witch_hat(folder: Path, zoom: float = 1.0) -> Shown:
     """A top hat is flung about before a meadow; it is taken out, and a witch hat put in its place (figure 10)."""
     toon, shot, clip, motion = captured(hat.hat(busy=True), folder, zoom)
-    drawings = [_character(f"witch_hat_{key}") for key in hat.KEYS]
-    performance = played(casting.cast_of(drawings, motion), motion, folder / "witch_hat.cast.toml")
+    keys = tuple(CastKey(key, str(folder / f"witch_hat_{key}.svg")) for key in hat.KEYS)
+    for key in keys:
+        write_text(Path(key.drawing), props.witch_hat(key.name))
+    cast = Cast((CastPart("hat", keys, height=1.1),), ground=False)
+    performance = played(cast, motion, folder / "witch_hat.cast.toml")
     made = list(progress(plate.into(performance, shot, motion, clip), "drawing", len(clip)))
     clean = plate.without(shot, motion, ("hat",), clip)
     behind = toon.background.astype(float)
@@ -47,7 +49,7 @@ def dance_to_flower(folder: Path, zoom: float = 1.0) -> Shown:
     """A flour sack dances in four key drawings, hops and leaps; a flower dances like it (figure 11)."""
     toon, _, clip, motion = captured(sack.sack(), folder, zoom)
     keys = tuple(CastKey(key, _character(f"flower_{key}")) for key in sack.KEYS)
-    cast = Cast((CastPart("sack", keys, height=1.15),))
+    cast = Cast((CastPart("sack", keys),))
     performance = played(cast, motion, folder / "flower.cast.toml")
     made = drawn(performance, backdrop.backdrop(True, sack.GROUND, (0, 0, 0), (120, 176, 104)))
     shown = Shown(clip, made, motion, performance, float(np.median(point_errors(motion, toon))))

@@ -1,20 +1,21 @@
 """What every demo does alike: its cartoon is drawn and captured, a cast plays it, and both are left side by side."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.files import written_beside
 from capture.fit import video
 from capture.motion import tracks
 from capture.motion.tracks import CartoonMotion
 from capture.pictures import overlay
 from capture.pictures.clip import Clip
 from capture.pictures.encode import write_clip, write_picture
-from capture.pictures.shot import Shot, read_shot
+from capture.pictures.shot import Shot, read_shot, write_shot
 from capture.progress import progress, working
 from fixtures import variants, write
 from fixtures.toon import Toon
@@ -39,10 +40,20 @@ class Shown:
     also: str = ""  # a figure more
 
 
-def captured(toon: Toon, folder: Path, zoom: float = 1.0) -> tuple[Toon, Shot, Clip, CartoonMotion]:
-    """The cartoon, `zoom` times as large, as a clip with its shot in the folder, and the motion captured from it."""
+def captured(
+    toon: Toon, folder: Path, zoom: float = 1.0, lossless: bool = False
+) -> tuple[Toon, Shot, Clip, CartoonMotion]:
+    """The cartoon, `zoom` times as large, as a clip with its shot in the folder, and the motion captured from it.
+
+    The clip is an mp4, and `lossless` a folder of PNG beside it, which is captured instead.
+    """
     toon = toon if zoom == 1 else variants.zoomed(toon, zoom)
-    shot = read_shot(write.write_toon(toon, folder))
+    frames = write.clip_in_memory(toon)
+    path = write.write_toon(toon, folder, frames)
+    if lossless:
+        write_clip(folder / toon.name, frames, toon.fps)
+        write_shot(replace(read_shot(path), clip=str(folder / toon.name), fps=toon.fps), path)
+    shot = read_shot(path)
     clip = video.open_clip(shot)
     motion = video.capture(shot, clip)
     tracks.save(motion, folder / f"{toon.name}.motion.json")
@@ -50,10 +61,11 @@ def captured(toon: Toon, folder: Path, zoom: float = 1.0) -> tuple[Toon, Shot, C
 
 
 def played(cast: Cast, motion: CartoonMotion, path: Path) -> Performance:
-    """The motion played by a cast, which is written to `path`; feet stand where the source's stand."""
+    """The motion played by a cast, which is written to `path`; feet stand where the source's do, if it says so."""
     castfile.write_cast(cast, path)
     with working("learning the drawings"):
-        return staging.stand(perform(motion, casting.targets(cast, motion)), motion)
+        performance = perform(motion, casting.targets(cast, motion))
+        return staging.stand(performance, motion) if cast.ground else performance
 
 
 def drawn(performance: Performance, background: Any) -> list[NDArray]:
@@ -93,6 +105,12 @@ def said(shown: Shown) -> str:
     """How the demo went, in one sentence without its end."""
     also = f"; {shown.also}" if shown.also else ""
     return f"{tracks.summary(shown.motion)}; it is {shown.off:.2f} px from the drawn truth{also}"
+
+
+def write_text(file: Path, text: str) -> None:
+    """A drawing's or a model's file."""
+    with written_beside(file) as temporary:
+        Path(temporary).write_text(text, encoding="utf-8")
 
 
 def spread(shown: Shown, count: int) -> list[int]:

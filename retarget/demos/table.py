@@ -34,12 +34,12 @@ def known(name: str) -> Demo:
 
 def one(name: str, folder: Path) -> str:
     """Play the demo of that name into folder/name; returns the closing line."""
-    return f"{said(_played(name, folder))}; look at {folder / name}/demo.mp4"
+    return f"{said(play(name, folder))}; look at {folder / name}/demo.mp4"
 
 
 def everything(folder: Path) -> str:
     """Play all demos, each into a folder of its name, and leave index.png of them all; returns the closing line."""
-    shown = {name: _played(name, folder) for name in DEMOS}
+    shown = {name: play(name, folder) for name in DEMOS}
     index(shown, folder / "index.png")
     worst = max(shown, key=lambda name: shown[name].off)
     return (
@@ -55,7 +55,7 @@ def index(shown: dict[str, Shown], path: Path) -> None:
     write_picture(path, np.concatenate([row for picture in strips for row in (picture, gap)][:-1]))
 
 
-def _played(name: str, folder: Path, zoom: float = 1.0) -> Shown:
+def play(name: str, folder: Path, zoom: float = 1.0) -> Shown:
     """The demo in the folder of its name."""
     (folder / name).mkdir(exist_ok=True)
     return known(name)(folder / name, zoom)
