@@ -104,7 +104,7 @@ def strip(shown: Shown, count: int = ON_STRIP, width: int = 220) -> NDArray:
 def said(shown: Shown) -> str:
     """How the demo went, in one sentence without its end."""
     also = f"; {shown.also}" if shown.also else ""
-    return f"{tracks.summary(shown.motion)}; it is {shown.off:.2f} px from the drawn truth{also}"
+    return f"{tracks.summary(shown.motion)}; what was captured is {shown.off:.2f} px from the drawn truth{also}"
 
 
 def write_text(file: Path, text: str) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.pictures.encode import write_picture
@@ -40,19 +41,19 @@ def one(name: str, folder: Path) -> str:
 def everything(folder: Path) -> str:
     """Play all demos, each into a folder of its name, and leave index.png of them all; returns the closing line."""
     shown = {name: play(name, folder) for name in DEMOS}
-    index(shown, folder / "index.png")
+    write_picture(folder / "index.png", sheet(shown))
     worst = max(shown, key=lambda name: shown[name].off)
     return (
-        f"{len(shown)} demos, captured within {shown[worst].off:.2f} px of the drawn truth (the worst: {worst}); "
+        f"{len(shown)} demos, {shown[worst].off:.2f} px from the drawn truth in the worst of them ({worst}); "
         f"look at {folder}/index.png and the demo.mp4 of each"
     )
 
 
-def index(shown: dict[str, Shown], path: Path) -> None:
-    """A strip of every demo, one above the other: the source, and under it what was made of it."""
-    strips = [strip(one_shown) for one_shown in shown.values()]
+def sheet(shown: dict[str, Shown], width: int = 220) -> NDArray:
+    """A strip of every demo, one above the other: the source, and under it what was made of it; one picture."""
+    strips = [strip(one_shown, width=width) for one_shown in shown.values()]
     gap = np.full((10, strips[0].shape[1], 3), 255, np.uint8)
-    write_picture(path, np.concatenate([row for picture in strips for row in (picture, gap)][:-1]))
+    return np.concatenate([row for picture in strips for row in (picture, gap)][:-1])
 
 
 def play(name: str, folder: Path, zoom: float = 1.0) -> Shown:
