@@ -11,7 +11,7 @@ from retarget.demos import table
 from retarget.demos.shown import strip
 
 HERE = Path(__file__).parent
-COLOURS = 200
+COLOURS = 256
 ALONE = {"hat": "hat_to_witch_hat", "broom": "broom_to_photograph"}
 
 
@@ -27,7 +27,8 @@ def main() -> None:
 def keep(picture: NDArray, name: str) -> None:
     """Write notebooks/gallery/NAME.png in few colours: drawings have few."""
     image = Image.fromarray(np.ascontiguousarray(picture))
-    image.quantize(COLOURS, dither=Image.Dither.NONE).save(HERE / f"{name}.png", optimize=True)
+    few = image.quantize(COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)  # keeps rare colours
+    few.save(HERE / f"{name}.png", optimize=True)
 
 
 if __name__ == "__main__":
