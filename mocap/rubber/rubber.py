@@ -1,11 +1,27 @@
-"""A motion made of rubber: what the whole chain gives (Kwon & Lee 2008)."""
+"""A motion made of rubber: the whole chain of Kwon & Lee 2008, from captured joints to turned and stretched sub-joints.
 
-from dataclasses import dataclass
+joints -> pushed away from their average -> not too long, and short as often as long -> sub-joints on curves
+       -> swinging after -> feet where they stood -> turned
+"""
 
-from numpy.typing import NDArray
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mocap import quaternions as quat
+from mocap.rubber import amounts, exaggerate, lengths, subjoints
+from mocap.rubber import squash as squashing
+from mocap.rubber.orient import orientations
 from mocap.rubber.subjoints import SubJoints
-from mocap.skeleton import SkeletonMotion
+from mocap.skeleton import Skeleton, SkeletonMotion
+
+SOFT = 0.5
+"""The last half of the way to the longest and shortest that a link may be is taken ever more slowly."""
+
+JOLT = 6.0
+"""A first pose from which all joints jump so many times further than ever after is no part of the motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,3 +34,139 @@ class RubberMotion:
     rotation: NDArray  # (T, S, 4) quaternions (x, y, z, w) in the world; at rest none is turned
     stretch: NDArray  # (T, S) length of the sub-link above a sub-joint, times its length at rest; roots 1
     thickness: NDArray  # (T, S) how thick that sub-link is, times at rest: 1 / sqrt(stretch) keeps its volume
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+
+def make_rubber(
+    motion: SkeletonMotion,
+    omega: ArrayLike | None = None,
+    sigma: ArrayLike = 0.15,
+    most_stretch: float = 1.6,
+    squash: float = 0.5,
+    hose: float = 1.0,
+    follow: float = 0.0,
+    feet: Sequence[int] = (),
+    contacts: NDArray | None = None,
+    calm: ArrayLike | None = None,
+    loop: bool = False,
+) -> RubberMotion:
+    """Exaggerate an upright motion and bend its limbs.
+
+    `omega` is how much, for all or for each joint, over time too (see `exaggerate`); without it each part of the body
+    is exaggerated as much as keeps its links within `most_stretch` times their length, at most `amounts.MOST` times.
+    `sigma` is the seconds of the average that is exaggerated against, `squash` 0 to 1 how much stretch takes turns
+    with squash, `hose` 0 to 1 how round limbs bend, `follow` 0 to 1 how much of the springs' swing is taken.  The
+    joints `feet` (F,) stay where they were captured while in contact (T, F), and go no lower than they ever were.
+    """
+    motion = rooted(motion)
+    if posed_first(motion):
+        rest = None if contacts is None else contacts[1:]
+        later = motion.part(1, len(motion))
+        later = make_rubber(later, omega, sigma, most_stretch, squash, hose, follow, feet, rest, calm, loop)
+        return _joined(plain(motion.part(0, 1), hose), later, motion)
+    parts = subjoints.subdivide(motion.skeleton)
+    captured, turns = joints_of(motion)
+    calm = exaggerate.calm_of(motion.fps, sigma) if calm is None else calm
+    deviations = exaggerate.deviation(captured, motion.fps, sigma, calm, loop)
+    omega = amounts.omega_of(captured, deviations, parts, most_stretch) if omega is None else omega
+    pushed = exaggerate.pushed(captured, deviations, omega, motion.skeleton.parents)
+    pushed = _in_bounds(pushed, motion, most_stretch, squash, loop)
+    placed = subjoints.place(subjoints.placing(parts, hose), pushed)
+    placed = _swinging(placed, parts, motion.fps, follow, loop)
+    placed = _standing(placed, parts, captured, feet, contacts, motion.fps)
+    return finished(motion, parts, placed, captured, turns)
+
+
+def plain(motion: SkeletonMotion, hose: float = 0.0) -> RubberMotion:
+    """A motion as it was captured, on sub-joints."""
+    motion = rooted(motion)
+    parts = subjoints.subdivide(motion.skeleton)
+    captured, turns = joints_of(motion)
+    return finished(motion, parts, subjoints.place(subjoints.placing(parts, hose), captured), captured, turns)
+
+
+def finished(
+    motion: SkeletonMotion, parts: SubJoints, positions: NDArray, captured: NDArray, turns: NDArray
+) -> RubberMotion:
+    """The rubber motion of sub-joints at positions (T, S, 3), turned as their joints (T, J, 3), (T, J, 4) were."""
+    stretch = lengths.ratios(positions, parts.parents, parts.lengths())
+    rotation = orientations(positions, parts, captured, turns)
+    return RubberMotion(motion, parts, positions, rotation, stretch, squashing.thickness_of(stretch))
+
+
+def joints_of(motion: SkeletonMotion) -> tuple[NDArray, NDArray]:
+    """Where joints are (T, J, 3), and how they are turned in the world (T, J, 4)."""
+    own = (np.ascontiguousarray(array.transpose(1, 2, 0)) for array in (motion.translation, motion.rotation))
+    places, turns = quat.world(motion.skeleton.parents, *own)
+    return places.transpose(2, 0, 1), turns.transpose(2, 0, 1)
+
+
+def rooted(motion: SkeletonMotion) -> SkeletonMotion:
+    """The motion with each joint that moves freely against its parent made a root, and links as long as they are.
+
+    Some files hang moving hips on a root that stays on the floor: what lies between them is no link.
+    """
+    skeleton, parents = motion.skeleton, np.array(motion.skeleton.parents)
+    middle = np.median(motion.translation, axis=0)
+    away = np.abs(motion.translation - middle).max(axis=(0, 2))
+    body = np.linalg.norm(middle[parents >= 0], axis=1).sum()
+    free = (parents >= 0) & (away > 0.01 * body)
+    settled = Skeleton(
+        skeleton.names,
+        tuple(np.where(free, -1, parents).tolist()),
+        np.where((parents >= 0)[:, None] & ~free[:, None], middle, skeleton.offsets),
+    )
+    if not free.any():
+        return replace(motion, skeleton=settled)
+    places, turns = joints_of(motion)
+    translation, rotation = motion.translation.copy(), motion.rotation.copy()
+    translation[:, free], rotation[:, free] = places[:, free], turns[:, free]
+    return replace(motion, skeleton=settled, translation=translation, rotation=rotation)
+
+
+def posed_first(motion: SkeletonMotion) -> bool:
+    """Whether the first frame is a pose that somebody set before the motion, as a T-pose is in many CMU files."""
+    if len(motion) < 4:
+        return False
+    turn = np.abs((motion.rotation[1:] * motion.rotation[:-1]).sum(axis=-1)).clip(max=1)
+    jumps = np.arccos(turn).mean(axis=1)
+    return bool(jumps[0] > JOLT * jumps[1:].max() and jumps[0] > 0.05)
+
+
+def _in_bounds(pushed: NDArray, motion: SkeletonMotion, most_stretch: float, squash: float, loop: bool) -> NDArray:
+    """Links squashed as they are stretched, and not longer or shorter than they may be."""
+    parents, rest = motion.skeleton.parents, motion.skeleton.lengths()
+    ratio = lengths.ratios(pushed, parents, rest)
+    if squash:
+        ratio = squashing.alternating(ratio, motion.fps, squash, loop=loop)
+    ratio = lengths.bounded(ratio, 1 / most_stretch, most_stretch, SOFT)
+    return lengths.stretched(pushed, parents, rest, ratio)
+
+
+def _swinging(placed: NDArray, parts: SubJoints, fps: float, share: float, loop: bool) -> NDArray:
+    if not share:
+        return placed
+    from mocap.rubber import followthrough
+
+    return placed + share * (followthrough.follow(placed, parts.parents, fps, loop=loop) - placed)
+
+
+def _standing(
+    placed: NDArray, parts: SubJoints, captured: NDArray, feet: Sequence[int], contacts: NDArray | None, fps: float
+) -> NDArray:
+    if not len(feet):
+        return placed
+    from mocap.rubber import feet as standing
+
+    if contacts is not None:
+        placed = standing.kept(placed, parts, captured, feet, contacts, fps)
+    return standing.above(placed, parts, feet, captured)
+
+
+def _joined(first: RubberMotion, later: RubberMotion, source: SkeletonMotion) -> RubberMotion:
+    names = ("positions", "rotation", "stretch", "thickness")
+    arrays = {name: np.concatenate([getattr(first, name), getattr(later, name)]) for name in names}
+    note = "the first frame is a pose set before the captured motion: it is kept as it is"
+    return replace(later, source=replace(source, notes=(*source.notes, note)), **arrays)
