@@ -8,14 +8,16 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import capturing, lending, many, moving, playing, start
+from retarget.commands import capturing, exaggerating, lending, many, moving, playing, proposing, start
 from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
     *(start.demo, start.fixtures),
     *(capturing.suggest, capturing.capture, capturing.contour, capturing.overlay),
     many.batch,
+    exaggerating.exaggerate,
     lending.retarget,
+    proposing.propose,
 )
 MOCAP: tuple[Callable[..., str], ...] = (moving.report, playing.play)
 """The subcommands of `tooncap mocap`."""

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 BEND = "bend"
 BETWEEN = {"rigid": keys.rigid, "straight": keys.straight}
+TALLEST = 1000.0  # times the source's height
 DEPTHS = {"kept": lift.kept, "even": lift.even, "volume": lift.keeping_volume}
 
 
@@ -33,8 +34,15 @@ def checked(cast: "Cast") -> "Cast":
         if part.depth not in DEPTHS:
             raise InputError(f"part {part.name!r}: depth must be one of {', '.join(DEPTHS)}, it is {part.depth!r}")
         _check_space(part)
-        if not 0 < part.height < np.inf:
-            raise InputError(f"part {part.name!r}: height must be above 0, times the source's, it is {part.height}")
+        if not 0 < part.height <= TALLEST:
+            raise InputError(
+                f"part {part.name!r}: height must be above 0 and at most {TALLEST:g}, times the source's, it is "
+                f"{part.height}"
+            )
+        for name in ("pivot", "box"):
+            if not np.isfinite(getattr(part, name) or 0.0).all():
+                said = list(getattr(part, name))
+                raise InputError(f"part {part.name!r}: {name} must be finite numbers, it is {said}")
         missing = [f"key {key.name!r} of part {part.name!r}" for key in part.keys if not key.drawing]
         if not part.drawing and (missing or not part.keys):
             whose = missing[0] if missing else f"part {part.name!r}"
@@ -49,7 +57,7 @@ def _check_body(body: "CastBody") -> None:
     if body.between not in BETWEEN or body.depth not in DEPTHS:
         raise InputError(f"{said}: between must be one of {', '.join(BETWEEN)}, and depth of {', '.join(DEPTHS)}")
     lift.view(body.plane)  # refuses a plane that is none
-    if not 0 < body.height < np.inf or not (body.seam is None or 0 < body.seam < np.inf):
+    if not 0 < body.height <= TALLEST or not (body.seam is None or 0 < body.seam < np.inf):
         raise InputError(f"{said}: height and seam must be above 0, they are {body.height} and {body.seam}")
     names = [limb.name for limb in body.parts]
     if len(set(names)) < len(names):
@@ -99,6 +107,8 @@ def _check_space(part: "CastPart") -> None:
         raise InputError(
             f"part {part.name!r}: plane, depth and distance are for models, its drawing is none: leave them"
         )
+    if part.box is not None and (solid or any(Path(file).suffix.lower() == ".svg" for file in files)):
+        raise InputError(f"part {part.name!r}: box cuts out photographs (PNG, JPG), its drawing is none: leave it out")
     if part.distance is not None and not 1 < part.distance < np.inf:
         raise InputError(f"part {part.name!r}: distance must be above 1, times the model's size, it is {part.distance}")
     lift.view(part.plane)  # refuses a plane that is none

@@ -38,6 +38,7 @@ class Drawing:
     height: float = 1.0
     pivot: NDArray | None = None
     joints: tuple[limbs.Joint, ...] = ()  # where limbs with a mesh of their own hang on the others
+    notes: tuple[str, ...] = ()  # what a user should be told
 
     def shapes(self, rows: NDArray) -> NDArray:
         """Mesh and control points (D, N + P, 2) for rows (D, 3); leftovers go straight from key to key."""
@@ -81,9 +82,11 @@ def read_drawing(
 
     Elements or groups named by their ids to be `apart` have a mesh for each naming, as limbs do that cross others.
     """
-    versions = [read_svg(file)[0] for file in files]
+    read = {file: read_svg(file) for file in dict.fromkeys(files)}
+    versions = [read[file][0] for file in files]
     groups = [tuple(numbered(versions[0], ids, str(files[0]))) for ids in apart]
-    return drawing(part, names, versions, between, [str(file) for file in files], groups)
+    character = drawing(part, names, versions, between, [str(file) for file in files], groups)
+    return replace(character, notes=tuple(f"{file}: {note}" for file, (_, notes) in read.items() for note in notes))
 
 
 def numbered(drawn: list[DrawnPath], ids: Sequence[str], file: str) -> list[int]:

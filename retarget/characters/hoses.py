@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.body import find_body, rest_places
-from mocap.skeleton import Skeleton
+from mocap.body import Body, find_body, rest_places
+from mocap.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
 from retarget.characters.meshfiles import Material, Model
 from retarget.characters.skin import Pose, Skin
 
@@ -23,12 +23,15 @@ RADII = {"arm": 0.028, "leg": 0.036, "spine": 0.085, "head": 0.04, "tail": 0.025
 """Half as thick as a part is, as a share of the legs' and the spine's length together."""
 
 
-def hoses(skeleton: Skeleton, places: NDArray | None = None) -> tuple[Model, Skin]:
+def hoses(skeleton: Skeleton, motion: SkeletonMotion | None = None) -> tuple[Model, Skin]:
     """The body, and the skin that binds it to the skeleton's joints at rest.
 
-    `places` (T, J, 3) of its joints in some frames help to tell arms from legs where names do not.
+    A `motion` of the same joints helps to tell arms from legs where names do not, and which way a head looks: in many
+    files' rest pose it lies on its ear.
     """
-    body, home = find_body(skeleton, places), rest_places(skeleton)
+    world = own_maps(skeleton.offsets, np.tile([0, 0, 0, 1.0], (len(skeleton), 1)))[None]
+    world = world_maps(skeleton.parents, world) if motion is None else motion.world()
+    body, home = find_body(skeleton, world[..., 3]), rest_places(skeleton)
     tall = _length(body.parts.get("spine", ()), home) + max(
         (_length(leg, home) for leg in body.legs()), default=_length(range(len(home)), home)
     )
@@ -48,21 +51,28 @@ def hoses(skeleton: Skeleton, places: NDArray | None = None) -> tuple[Model, Ski
     for foot in body.feet:
         made.hose(skeleton.parents[foot], foot, home, 0.05 * tall, BOOT)
     if "head" in body.parts:
-        _add_head(made, body.parts["head"][-1], skeleton, home, tall)
+        joint = body.parts["head"][-1]
+        _add_head(made, joint, home[joint], *_upright(world, joint, body), tall)
     return made.model(), made.skin(skeleton, home)
 
 
-def _add_head(made: "_Made", joint: int, skeleton: Skeleton, home: NDArray, tall: float) -> None:
-    up = _way(joint, skeleton, home)
-    body = find_body(skeleton)
-    sides = [body.parts.get(f"{side} {limb}") for limb in ("leg", "arm") for side in ("left", "right")]
-    left = np.zeros(3)
-    for one, other in zip(sides[::2], sides[1::2], strict=True):
+def _upright(world: NDArray, joint: int, body: Body) -> tuple[NDArray, NDArray]:
+    """Which ways up and left (3,) are for a joint at rest, by what they are to it in the frames (T, J, 3, 4)."""
+    back = np.swapaxes(world[:, joint, :, :3], -1, -2)
+    left = np.zeros((len(world), 3))
+    for limb in ("leg", "arm", "hind leg", "front leg"):
+        one, other = (body.parts.get(f"{side} {limb}") for side in ("left", "right"))
         if one and other:
-            left += home[one[-1]] - home[other[-1]]
+            left += world[:, one[0], :, 3] - world[:, other[0], :, 3]
+    up = _unit(np.einsum("tab,b->a", back, [0, 1.0, 0]))
+    left = np.einsum("tab,tb->a", back, left)
     left -= (left @ up) * up
-    left = left / np.linalg.norm(left) if np.linalg.norm(left) > 1e-9 else np.cross(up, [0, 0, 1.0])
-    front, middle, size = np.cross(left, up), home[joint] + 0.07 * tall * up, 0.13 * tall
+    return up, _unit(left) if np.linalg.norm(left) > 1e-9 else _unit(np.cross(up, [0, 0.1, 1.0]))
+
+
+def _add_head(made: "_Made", joint: int, at: NDArray, up: NDArray, left: NDArray, tall: float) -> None:
+    """A head with a face, eyes and round ears on a joint."""
+    front, middle, size = np.cross(left, up), at + 0.07 * tall * up, 0.13 * tall
     made.ball(joint, middle, size, COAT)
     made.ball(joint, middle + size * (0.30 * front - 0.15 * up), 0.8 * size, CREAM)
     for side in (-1.0, 1.0):

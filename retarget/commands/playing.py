@@ -178,7 +178,7 @@ def _hoses(clip: Path, _: str, cut: tuple) -> "tuple[RubberMotion, Model, Skin, 
     motion = upright(read_bvh(clip))
     tell(f"{clip}: {note}" for note in motion.notes)
     made = _made(motion, *cut)
-    model, skin = hoses(made.subjoints.skeleton, motion.positions())
+    model, skin = hoses(made.subjoints.skeleton, made.source)
     return made, model, skin, f"a body of hoses plays {clip.name}"
 
 

@@ -76,7 +76,7 @@ def stand(performance: Performance, motion: CartoonMotion) -> Performance:
     under = _deepest(performance)[first]
     wanted = np.where(touched, low - under, np.nan)
     up = offsets.calmest(times, RISES, wanted, most=level - under) if np.isfinite(under).all() else 0 * times
-    feet = _one_at_a_time([_followed(performance, contact, drawing) for contact in contacts(motion, level)])
+    feet = one_at_a_time([_followed(performance, contact, drawing) for contact in contacts(motion, level)])
     begun = np.full(len(times), np.nan)
     if feet and feet[0][0][0] == 0:  # whoever begins on the ground begins where the cast has put it
         on, path = feet.pop(0)
@@ -113,7 +113,7 @@ def demanded(
             else:
                 fixed[on] = np.where(np.isnan(fixed[on]), stay.place[axis] - way, fixed[on])
         paths = [(on[np.isnan(fixed[on])], path[np.isnan(fixed[on])]) for on, path in paths]
-        moved.append(offsets.calmest(times[first], half_life, fixed, _one_at_a_time(paths)))
+        moved.append(offsets.calmest(times[first], half_life, fixed, one_at_a_time(paths)))
     return np.stack(moved, axis=-1)[drawing]
 
 
@@ -229,7 +229,7 @@ def _followed(performance: Performance, contact: Contact, drawing: NDArray) -> o
     return on, path[at]
 
 
-def _one_at_a_time(feet: Sequence[offsets.Path]) -> list[offsets.Path]:
+def one_at_a_time(feet: Sequence[offsets.Path]) -> list[offsets.Path]:
     """Feet that stand at the same time share it: the old one leads for the first half, the new one from there on."""
     leads: list[offsets.Path] = []
     for on, path in feet:

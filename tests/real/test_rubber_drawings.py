@@ -121,7 +121,7 @@ def test_feet_that_stand_slide_little_on_a_drawing(data):
 @pytest.mark.parametrize(("clip", "plane"), [("kick", "zy"), ("dance", "xy")])
 def test_a_body_of_hoses_plays_without_any_drawing(data, sheets, clip, plane):
     motion = _rubber(data, clip)
-    model, skin = hoses(motion.subjoints.skeleton, motion.source.positions())
+    model, skin = hoses(motion.subjoints.skeleton, motion.source)
     bound = rubber_skin.rubber_skin(skin, model.points, motion.subjoints)
     points = rubber_skin.posed(bound, model.points, motion)
     played = play_mesh(points, model, motion.source.fps, plane, height=360)

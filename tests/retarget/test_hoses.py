@@ -1,7 +1,10 @@
 """A body of hoses: closed skins on any skeleton, one in another, that bend without a crack."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from capture.errors import InputError
 from fixtures import stickman
@@ -9,7 +12,8 @@ from mocap.body import rest_places
 from mocap.rubber.rubber import make_rubber
 from mocap.skeleton import Skeleton, SkeletonMotion
 from retarget.characters import rubber_skin
-from retarget.characters.hoses import hoses
+from retarget.characters.hoses import INK, hoses
+from retarget.characters.skin import Pose, skinned
 
 
 def _moving(frames=24):
@@ -50,6 +54,27 @@ def test_hoses_go_where_the_rubber_goes():
     glove = np.linalg.norm(model.points - home[hand], axis=1) < 0.12
     away = points[:, glove].mean(axis=1) - motion.positions[:, motion.subjoints.ends[hand]]
     assert glove.any() and np.linalg.norm(away, axis=1).max() < 0.15
+
+
+def test_a_head_that_a_file_lays_on_its_ear_looks_forward_all_the_same():
+    """The skeleton rests lying on its side, and stands up in every frame: its eyes are before it, its ears above."""
+    about = Rotation.from_euler("z", -90, degrees=True)
+    upright = _moving()
+    skeleton = replace(upright.skeleton, offsets=about.apply(upright.skeleton.offsets))
+    turns = Rotation.from_quat(upright.rotation.reshape(-1, 4))
+    turns = (about * turns * about.inv()).as_quat().reshape(upright.rotation.shape)
+    turns[:, 0] = (Rotation.from_quat(upright.rotation[:, 0]) * about.inv()).as_quat()
+    offsets = np.tile(skeleton.offsets, (len(upright), 1, 1))
+    motion = SkeletonMotion(skeleton, offsets, turns, 30.0)
+    np.testing.assert_allclose(np.ptp(motion.positions()[0, :, 1]), np.ptp(upright.positions()[0, :, 1]), atol=1e-9)
+    model, skin = hoses(skeleton, motion)
+    pupils = np.unique(model.faces[model.surface == INK])
+    posed = skinned(
+        skin, model.points, Pose(motion.translation, motion.rotation, np.ones((len(motion), len(skeleton), 3)))
+    )
+    head = motion.positions()[:, stickman.NAMES.index("Head")]
+    away = posed[:, pupils].mean(axis=1) - head
+    assert (away[:, 2] > 0.1).all() and np.abs(away[:, 0]).max() < 0.05
 
 
 def test_a_skeleton_without_bones_is_refused():

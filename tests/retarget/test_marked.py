@@ -15,9 +15,9 @@ from mocap.marks import Marks
 from mocap.skeleton import Skeleton, SkeletonMotion
 from mocap.to_tracks import to_tracks
 from mocap.views import Views
+from retarget.characters.heat import heat_shares
 from retarget.characters.marked import MarkedDrawing, MarkedPicture, segments
 from retarget.characters.paths import DrawnPath
-from retarget.characters.heat import heat_shares
 from retarget.stage import draw2d
 from retarget.stage.play import play
 
