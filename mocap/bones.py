@@ -56,6 +56,7 @@ class Performer:
     lengths: NDArray  # (S,) of their links at rest
     ends: NDArray  # (J,) the sub-joint of each joint
     rest: NDArray  # (S, 3) the sub-joints at rest, in the performer's frame
+    captured: SkeletonMotion  # what it was made of
 
     @property
     def tall(self) -> float:
@@ -99,7 +100,8 @@ def performer(motion: SkeletonMotion | RubberMotion, turning: bool = True) -> Pe
             heading = viewing.headings(positions[:, ends], pairs, source.fps)
     above = np.array(skeleton.parents)[joint]
     rest = rest[joint] - np.where(above < 0, 0.0, 1 - along)[:, None] * (rest[joint] - rest[np.maximum(above, 0)])
-    return Performer(skeleton, source.fps, positions, heading, thickness, tuple(parents), lengths, ends, rest)
+    parents = tuple(parents)
+    return Performer(skeleton, source.fps, positions, heading, thickness, parents, lengths, ends, rest, source)
 
 
 def cast_marks(motion: SkeletonMotion | RubberMotion, marks: Marks, views: Views | None = None) -> Casting:

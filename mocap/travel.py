@@ -1,7 +1,7 @@
 """How a drawn figure gets about: as far as its own legs carry it, on the same ground as the performer.
 
 Legs of other lengths would slide if the way were only scaled.  While a foot stands, the figure moves as it must for
-that foot to stay as still as the performer's did; in the air it goes on as the performer does.
+that foot to stay; in the air it goes on as the performer does.
 """
 
 import numpy as np
@@ -14,8 +14,8 @@ from mocap.marks import SIDES
 FLOOR = 2.0
 """Percent of the frames whose lowest joint may lie below the floor: a capture is noisy."""
 
-STANDS = 0.04
-"""A foot stands if it is not much higher than this share of the performer's height."""
+SETTLES = 0.04
+"""Seconds over which a foot that is set down comes to stand."""
 
 
 def travelled(acting: Performer, casting: Casting, places: NDArray) -> NDArray:
@@ -47,25 +47,31 @@ def scale_of(acting: Performer, casting: Casting) -> float:
 
 def _along(acting: Performer, casting: Casting, places: NDArray, scale: float) -> NDArray:
     """How far it has gone to the right (T,): steps from frame to frame, put together."""
-    right = casting.views.seen("legs")[0]
-    positions, tall = acting.positions, acting.tall
+    right, positions = casting.views.seen("legs")[0], acting.positions
     hips = positions[:, acting.ends[casting.roles["hips"][1]]] if "hips" in casting.roles else positions[:, 0]
     between = 0.5 * (acting.heading[1:] + acting.heading[:-1])
     steps = scale * views.turned(np.diff(hips, axis=0)[:, None], between)[:, 0] @ right
-    feet, slips = [], []
-    for side in SIDES:
-        if f"{side} ankle" not in casting.roles:
-            continue
-        mark, joint = casting.roles[f"{side} ankle"]
-        foot = positions[:, acting.ends[joint]]
-        moved = scale * views.turned(np.diff(foot, axis=0)[:, None], between)[:, 0] @ right
-        drawn = steps + np.diff(places[:, mark, 0])
-        feet.append(foot[:, 1])
-        slips.append(moved - drawn)
-    if feet:
-        feet = np.stack(feet)
-        above = (feet - np.percentile(feet, FLOOR, axis=1, keepdims=True)) / (STANDS * tall)
-        stands = np.exp(-above)
-        shares = stands / stands.sum(axis=0) * np.exp(-(above.min(axis=0) ** 2))
-        steps = steps + (0.5 * (shares[:, 1:] + shares[:, :-1]) * np.stack(slips)).sum(axis=0)
+    feet = [casting.roles[f"{side} ankle"] for side in SIDES if f"{side} ankle" in casting.roles]
+    if feet and len(steps):
+        stands = _stands(acting, [joint for _, joint in feet])
+        drawn = steps[:, None] + np.diff(places[:, [mark for mark, _ in feet], 0], axis=0)  # how far each foot slips
+        steps = steps - (0.5 * (stands[1:] + stands[:-1]) * drawn).sum(axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _stands(acting: Performer, ankles: list[int]) -> NDArray:
+    """How much of the figure's weight is on each foot (T, F): 1 at most in all, 0 in the air."""
+    from scipy.ndimage import gaussian_filter1d
+
+    from mocap.contacts import find_contacts
+
+    below = [_foot(acting, ankle) for ankle in ankles]
+    contacts = find_contacts(acting.captured, below)
+    soft = gaussian_filter1d(contacts.astype(float), SETTLES * acting.fps, axis=0, mode="nearest")
+    return soft / np.maximum(soft.sum(axis=1, keepdims=True), 1.0)
+
+
+def _foot(acting: Performer, ankle: int) -> int:
+    """What of a foot stands: the joint after the ankle, the toe, or the ankle itself."""
+    lengths = acting.skeleton.lengths()
+    return next((child for child in acting.skeleton.children(ankle) if lengths[child] > 0), ankle)

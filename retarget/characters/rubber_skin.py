@@ -84,10 +84,17 @@ def motion_of_poses(skin: Skin, pose: Pose, fps: float) -> SkeletonMotion:
 def rubber_skin(
     skin: Skin, points: NDArray, subjoints: SubJoints, beside: int = BESIDE, most: int = MOST
 ) -> RubberSkin:
-    """A skin for points (N, 3), as they were bound, on the sub-joints of its skeleton by `motion_of`."""
-    home = rest_places(subjoints)
-    shares = strongest(redistributed(joint_shares(skin), points, subjoints, beside), most)
-    return RubberSkin(subjoints.names(), home, _axes(subjoints), shares)
+    """A skin for points (N, 3), as they were bound, on the sub-joints of its skeleton by `motion_of`.
+
+    A link that leads to nothing bound, as to the end of a head, bends nothing: a face stays stiff.
+    """
+    table, parents = joint_shares(skin), subjoints.skeleton.parents
+    bends = np.asarray(table.sum(axis=0)).ravel() > 0
+    for joint in range(len(parents) - 1, -1, -1):
+        if parents[joint] >= 0:
+            bends[parents[joint]] |= bends[joint]
+    shares = strongest(redistributed(table, points, subjoints, beside, bends), most)
+    return RubberSkin(subjoints.names(), rest_places(subjoints), _axes(subjoints), shares)
 
 
 def joint_shares(skin: Skin) -> object:
@@ -99,11 +106,18 @@ def joint_shares(skin: Skin) -> object:
     return (skin.shares @ sparse.csr_matrix(table, shape=(len(bindings), len(skin.names)))).tocsr()
 
 
-def redistributed(shares: object, points: NDArray, subjoints: SubJoints, beside: int | None = BESIDE) -> object:
+def redistributed(
+    shares: object,
+    points: NDArray,
+    subjoints: SubJoints,
+    beside: int | None = BESIDE,
+    bends: NDArray | None = None,
+) -> object:
     """Shares (N, J) in joints as shares (N, S), sparse, in the `beside` nearest sub-joints, or as in the paper in all.
 
     For each joint a point's shares in the sub-joints of the links that begin there sum to its share in the joint.
     The far end of a link counts where the link is cut: there the curve goes on; elsewhere the next joint is another.
+    Where `bends` (J,) is False of the joint at its far end, a link counts as not cut.
     """
     from scipy import sparse
 
@@ -116,7 +130,7 @@ def redistributed(shares: object, points: NDArray, subjoints: SubJoints, beside:
         followers, weight = table.indices[own], table.data[own]
         if not len(followers):
             continue
-        some = _along_links_from(joint, subjoints)
+        some = _along_links_from(joint, subjoints, bends)
         near = np.linalg.norm(points[followers, None] - home[some], axis=-1)
         say = floor / np.maximum(near, floor)
         if beside is not None and len(some) > beside:
@@ -180,10 +194,11 @@ def rest_places(subjoints: SubJoints) -> NDArray:
     return before + subjoints.along[:, None] * (here - before)
 
 
-def _along_links_from(joint: int, subjoints: SubJoints) -> NDArray:
+def _along_links_from(joint: int, subjoints: SubJoints, bends: NDArray | None) -> NDArray:
     """The joint's own sub-joint, and those of the cut links to its children."""
     pieces = np.bincount(subjoints.joint, minlength=len(subjoints.skeleton))
     cut = (np.array(subjoints.skeleton.parents)[subjoints.joint] == joint) & (pieces[subjoints.joint] > 1)
+    cut &= True if bends is None else bends[subjoints.joint]
     return np.concatenate([[subjoints.ends[joint]], np.flatnonzero(cut)])
 
 

@@ -1,5 +1,7 @@
 """Skins on sub-joints: shares are kept, a rigid motion is the file's own, hoses stay round, thick and unwrung."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -77,6 +79,13 @@ def test_a_joint_that_no_cut_link_leads_to_does_not_follow_the_next_one():
     sub, points = _cut(1), np.array([[0.9, 0.0, 0.0]])
     shared = rubber_skin.redistributed(sparse.csr_matrix([[1.0, 0, 0]]), points, sub).toarray()[0]
     np.testing.assert_allclose(shared, [1, 0, 0])
+
+
+def test_a_link_that_leads_to_nothing_bound_bends_nothing():
+    skin = _skin()
+    alone = replace(skin, shares=sparse.csr_matrix(np.tile([1.0, 0, 0], (len(hose.tube()[0]), 1))))
+    bound = rubber_skin.rubber_skin(alone, hose.tube()[0], _cut(CUT))
+    np.testing.assert_allclose(bound.shares.toarray()[:, 0], 1)
 
 
 def test_a_vertex_follows_four_sub_joints_at_most():
