@@ -1,21 +1,32 @@
-"""Marked joints in files: AnimatedDrawings' own annotations, and circles in an SVG.
+"""Marked joints in files: AnimatedDrawings' own annotations, circles in an SVG, and our own beside any picture.
 
-    char_cfg.yaml            beside texture.png and mask.png, as AnimatedDrawings writes them
+    char_cfg.yaml                        beside texture.png and mask.png, as AnimatedDrawings writes them
+
     <g id="joints" visibility="hidden">
       <circle id="left_elbow" cx="120" cy="80" r="4" data-parent="left_shoulder"/>
+
+    drawing = "bear.jpg"                 # NAME.marks.toml: a picture or an SVG, named from here
+    box = [40, 20, 300, 480]             # x, y, width, height: cuts a photograph out of its background
+
+    [joints]
+    left_elbow = [120, 80]
+    tail = { at = [60, 200], parent = "root" }
 
 Joints that are called as AnimatedDrawings calls them need no parents to be given.
 """
 
+import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from capture.errors import InputError
+from capture.files import written_beside
 from mocap.marks import Marks, check
 from retarget.characters.marked import MarkedDrawing, MarkedPicture
-from retarget.characters.photo import read_photo
+from retarget.characters.photo import cut_out, read_photo
 
 HANGS_ON = {
     "hip": "root", "torso": "hip", "neck": "torso", "head": "neck",
@@ -36,9 +47,22 @@ def read_marked(path: str | Path) -> MarkedPicture | MarkedDrawing:
         return _read_svg(path)
     if path.suffix.lower() in (".yaml", ".yml"):
         return _read_annotated(path)
+    if path.name.lower().endswith(".marks.toml"):
+        return _read_marks(path)
     raise InputError(
-        f"a drawing with marked joints must be an SVG with circles, or a folder with char_cfg.yaml, {path} is neither"
+        "a drawing with marked joints must be an SVG with circles, a folder with char_cfg.yaml, or a *.marks.toml that "
+        f"names a picture, {path} is neither"
     )
+
+
+def write_marks(marks: Marks, drawing: str | Path, path: str | Path) -> None:
+    """Marks of a picture or an SVG as a *.marks.toml; `drawing` is named from the new file's folder."""
+    lines = [f"drawing = {json.dumps(str(drawing))}", "", "[joints]"]
+    for name, parent, (x, y) in zip(marks.names, marks.parents, marks.places.tolist(), strict=True):
+        up = f", parent = {json.dumps(marks.names[parent])}" if parent >= 0 else ""
+        lines.append(f"{json.dumps(name)} = {{ at = [{x!r}, {y!r}]{up} }}")
+    with written_beside(path) as temporary:
+        Path(temporary).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def marks_of(joints: dict[str, tuple[float, float]], parents: dict[str, str | None], name: str) -> Marks:
@@ -78,6 +102,32 @@ def _read_svg(path: Path) -> MarkedDrawing:
         one for one in drawn if not (one.name.startswith("<circle>") and one.name.rpartition("(")[2][:-1] in joints)
     ]
     return MarkedDrawing(marks_of(joints, parents, str(path)), tuple(shown))
+
+
+def _read_marks(path: Path) -> MarkedPicture | MarkedDrawing:
+    import msgspec
+
+    from retarget.characters.svg import read_svg
+
+    try:
+        told = msgspec.toml.decode(path.read_bytes())
+        joints = {name: one if isinstance(one, dict) else {"at": one} for name, one in told["joints"].items()}
+        places = {name: tuple(float(number) for number in one["at"]) for name, one in joints.items()}
+        if any(len(place) != 2 for place in places.values()):
+            raise ValueError("a joint must be at two numbers")
+        drawing, box = path.parent / told["drawing"], tuple(float(edge) for edge in told.get("box", ()))
+        if len(box) not in (0, 4):
+            raise ValueError("box must be x, y, width and height")
+    except FileNotFoundError:
+        raise InputError(f"a drawing's marks must be a file that exists: there is no {path}") from None
+    except (OSError, LookupError, TypeError, ValueError, AttributeError, msgspec.MsgspecError) as error:
+        raise InputError(f"{path} must name a drawing and its joints, it cannot be read: {error}") from None
+    marks = marks_of(places, {name: one.get("parent") for name, one in joints.items()}, str(path))
+    if drawing.suffix.lower() == ".svg":
+        return MarkedDrawing(marks, tuple(read_svg(drawing)[0]))
+    photo = read_photo(drawing)
+    photo = cut_out(photo, box, str(drawing)) if box else photo
+    return MarkedPicture(replace(marks, places=photo.from_own(marks.places)), photo.pixels)
 
 
 def _read_annotated(path: Path) -> MarkedPicture:

@@ -43,8 +43,9 @@ def play(
     clip
         A *.bvh file; or a model, *.glb or *.gltf, that moves by itself.
     drawing
-        Who plays: an SVG with joints marked by circles in a group with the id "joints", or a folder with texture.png,
-        mask.png and char_cfg.yaml as AnimatedDrawings writes them.  Without one a body of rubber hoses plays; a model
+        Who plays: an SVG with joints marked by circles in a group with the id "joints"; a folder with texture.png,
+        mask.png and char_cfg.yaml as AnimatedDrawings writes them; or a *.marks.toml that names a picture and its
+        joints.  Without one a body of rubber hoses plays; a model
         plays itself.
     out
         .mp4, .mov, .webm, .gif or a folder of PNG; .glb; of a drawing also .json (Lottie), .svg, and *.motion.json,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from retarget.characters.markfiles import _yaml, read_marked
+from retarget.characters.markfiles import _yaml, read_marked, write_marks
 
 ANNOTATED = """height: 40
 skeleton:
@@ -79,6 +79,44 @@ def test_circles_of_an_svg_are_joints_and_are_not_drawn(tmp_path):
     places = dict(zip(read.marks.names, read.marks.places.tolist()))
     assert places["root"] == pytest.approx([50, 70]) and places["tail"] == pytest.approx([30, 72])
     assert len(read.paths) == 1
+
+
+def test_marks_beside_a_photograph_are_read_and_it_is_cut_out(tmp_path):
+    photo = np.full((120, 100, 3), (70, 160, 90), np.uint8)
+    cv2.ellipse(photo, (50, 60), (25, 45), 0, 0, 360, (40, 60, 210), -1)
+    cv2.imwrite(str(tmp_path / "egg.jpg"), photo)
+    text = 'drawing = "egg.jpg"\nbox = [15, 5, 70, 110]\n[joints]\nroot = [50, 90]\ntorso = [50, 40]\n'
+    (tmp_path / "egg.marks.toml").write_text(text + 'wing = { at = [30, 60.5], parent = "torso" }\n')
+    read = read_marked(tmp_path / "egg.marks.toml")
+    assert read.marks.names == ("root", "torso", "wing") and read.marks.parents == (-1, 0, 1)
+    np.testing.assert_allclose(read.marks.places[2], [30, 60.5])
+    assert read.pixels[60, 50, 3] == 255 and read.pixels[5, 5, 3] == 0
+
+
+def test_marks_written_and_read_are_the_same(tmp_path):
+    (tmp_path / "coat.svg").write_text(SVG, encoding="utf-8")
+    first = read_marked(tmp_path / "coat.svg")
+    write_marks(first.marks, "coat.svg", tmp_path / "coat.marks.toml")
+    again = read_marked(tmp_path / "coat.marks.toml")
+    assert (again.marks.names, again.marks.parents) == (first.marks.names, first.marks.parents)
+    np.testing.assert_array_equal(again.marks.places, first.marks.places)
+    assert len(again.paths) == 1
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'drawing = "egg.jpg"',
+        "drawing = 3\n[joints]\nroot = [1, 2]\ntorso = [3, 4]",
+        'drawing = "egg.jpg"\n[joints]\nroot = [1]\ntorso = [3, 4]',
+        'drawing = "egg.jpg"\nbox = [1, 2]\n[joints]\nroot = [1, 2]\ntorso = [3, 4]',
+        "drawing =",
+    ],
+)
+def test_broken_marks_are_refused_in_one_sentence(tmp_path, text):
+    (tmp_path / "egg.marks.toml").write_text(text)
+    with pytest.raises(InputError, match="must name a drawing and its joints"):
+        read_marked(tmp_path / "egg.marks.toml")
 
 
 @pytest.mark.parametrize(
