@@ -31,8 +31,10 @@ LEAST = 0.25
 SIDEWAYS = 0.5
 """Shoulders, hips and feet of which less shows at rest, as a share of their length, go with what they hang on."""
 
-CLEAR = (0.1, 0.35)
-"""A limb that shows less than this share of its length has no direction; from the second share on it has its own."""
+CLEAR = (0.2, 0.6)
+"""A limb that shows less than this share of its length has no direction; from the second share on it has its own.
+
+With more than half of its foreshortening kept the shares go down to 0: then it is short, and may point anywhere."""
 
 UNSURE = 0.12
 """Seconds around, from where a direction is taken while a limb points at the viewer."""
@@ -96,20 +98,32 @@ def _lie(acting: Performer, bone: Bone, casting: Casting, foreshorten: float) ->
         whole = np.abs(start)  # the share of each piece that shows at rest
         if whole.min() < SIDEWAYS:
             return None
-    shown = stretch * np.maximum((1 - foreshorten) + foreshorten * np.abs(flat) / whole, LEAST)
-    turn = np.angle(_steady(flat, acting.fps) / start)
+    shown = stretch * _shown(np.abs(flat) / whole, foreshorten)
+    clear = np.array(CLEAR) * min(1.0, 2 * (1 - foreshorten))
+    turn = np.angle(_steady(flat, acting.fps, *clear) / start)
     return Lie(turn, shown, thickness, _depth(acting, bone, casting))
 
 
-def _steady(flat: NDArray, fps: float) -> NDArray:
-    """Directions (T, n) as complex numbers; where little of them shows, taken from the frames around."""
+def _shown(flat: NDArray, foreshorten: float) -> NDArray:
+    """How much of its length a bone keeps of which a share `flat` shows.
+
+    One that swings past the viewer is short in between, however little is foreshortened else: it would whip round.
+    """
+    kept = (1 - foreshorten) + foreshorten * flat
+    if 0 < foreshorten < 1:
+        short = LEAST + ((1 - foreshorten) + foreshorten * CLEAR[1] - LEAST) * flat / CLEAR[1]
+        kept = np.where(flat < CLEAR[1], np.minimum(kept, short), kept)
+    return np.maximum(kept, LEAST)
+
+
+def _steady(flat: NDArray, fps: float, low: float, high: float) -> NDArray:
+    """Directions (T, n) as complex numbers; where less than `high` of them shows, mixed with those around."""
     from scipy.ndimage import gaussian_filter1d
 
     size = np.abs(flat)
-    low, high = CLEAR
     if size.min(initial=1.0) >= high or len(flat) < 2:
         return flat
-    sure = np.clip((size - low) / (high - low), 0, 1)
+    sure = np.clip((size - low) / max(high - low, 1e-12), 0, 1)
     sure = sure * sure * (3 - 2 * sure)
     weighted = flat * size
     around = gaussian_filter1d(weighted.real, UNSURE * fps, axis=0, mode="nearest") + 1j * gaussian_filter1d(
