@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.rubber.constrain import BLEND, Goal, constrained, held
+from mocap.rubber.constrain import BLEND, Goal, constrained, easing
 from mocap.rubber.subjoints import SubJoints
 
 
@@ -20,10 +20,12 @@ def kept(
 ) -> NDArray:
     """Sub-joints (T, S, 3) with the joints `feet` (F,) at their captured places in their contacts (T, F).
 
-    `captured` (T, J, 3) are the joints as they were captured.  The body moves as it was made to; legs stretch.
+    `captured` (T, J, 3) are the joints as they were captured.  The body moves as it was made to; legs stretch.  While a
+    contact comes and goes within `blend` seconds the foot nears the captured one as that moves, so that what is not
+    exaggerated stays as it is.
     """
     goals = [
-        held(joint, captured[:, joint], contacts[:, foot], fps, blend)
+        Goal(joint, captured[:, joint], easing(contacts[:, foot], fps, blend))
         for foot, joint in enumerate(feet)
         if contacts[:, foot].any()
     ]

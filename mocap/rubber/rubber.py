@@ -20,6 +20,9 @@ from mocap.skeleton import Skeleton, SkeletonMotion
 SOFT = 0.5
 """The last half of the way to the longest and shortest that a link may be is taken ever more slowly."""
 
+SETTLE = 0.2
+"""Seconds in which a foot comes down to where it was captured; in 0.1 steps jerk twice as much as exaggerated."""
+
 JOLT = 6.0
 """A first pose from which all joints jump so many times further than ever after is no part of the motion."""
 
@@ -47,35 +50,38 @@ def make_rubber(
     squash: float = 0.5,
     hose: float = 1.0,
     follow: float = 0.0,
-    feet: Sequence[int] = (),
+    feet: Sequence[int] | None = None,
     contacts: NDArray | None = None,
     calm: ArrayLike | None = None,
     loop: bool = False,
 ) -> RubberMotion:
     """Exaggerate an upright motion and bend its limbs.
 
-    `omega` is how much, for all or for each joint, over time too (see `exaggerate`); without it each part of the body
-    is exaggerated as much as keeps its links within `most_stretch` times their length, at most `amounts.MOST` times.
+    `omega` is how much, for all or for each joint, over time too (see `exaggerate`); where it is nan or not given, each
+    part of the body is exaggerated as much as keeps its links within `most_stretch` times their length.
     `sigma` is the seconds of the average that is exaggerated against, `squash` 0 to 1 how much stretch takes turns
     with squash, `hose` 0 to 1 how round limbs bend, `follow` 0 to 1 how much of the springs' swing is taken.  The
-    joints `feet` (F,) stay where they were captured while in contact (T, F), and go no lower than they ever were.
+    joints `feet` (F,) stay where they were captured while in `contacts` (T, F), and go no lower than they ever were;
+    not given, they are found; an empty list lets feet go where they will.
     """
-    motion = rooted(motion)
     if posed_first(motion):
         rest = None if contacts is None else contacts[1:]
         later = motion.part(1, len(motion))
         later = make_rubber(later, omega, sigma, most_stretch, squash, hose, follow, feet, rest, calm, loop)
-        return _joined(plain(motion.part(0, 1), hose), later, motion)
+        return _joined(plain(motion.part(0, 1), hose), later, rooted(motion))
+    motion = rooted(motion)
     parts = subjoints.subdivide(motion.skeleton)
     captured, turns = joints_of(motion)
     calm = exaggerate.calm_of(motion.fps, sigma) if calm is None else calm
     deviations = exaggerate.deviation(captured, motion.fps, sigma, calm, loop)
-    omega = amounts.omega_of(captured, deviations, parts, most_stretch) if omega is None else omega
+    omega = np.asarray(np.nan if omega is None else omega, float)
+    if np.isnan(omega).any():
+        omega = np.where(np.isnan(omega), amounts.omega_of(captured, deviations, parts, most_stretch), omega)
     pushed = exaggerate.pushed(captured, deviations, omega, motion.skeleton.parents)
     pushed = _in_bounds(pushed, motion, most_stretch, squash, loop)
     placed = subjoints.place(subjoints.placing(parts, hose), pushed)
     placed = _swinging(placed, parts, motion.fps, follow, loop)
-    placed = _standing(placed, parts, captured, feet, contacts, motion.fps)
+    placed = _standing(placed, parts, captured, feet, contacts, motion)
     return finished(motion, parts, placed, captured, turns)
 
 
@@ -103,13 +109,31 @@ def joints_of(motion: SkeletonMotion) -> tuple[NDArray, NDArray]:
     return places.transpose(2, 0, 1), turns.transpose(2, 0, 1)
 
 
+def on_skeleton(made: RubberMotion) -> SkeletonMotion:
+    """The rubber motion as one of an ordinary skeleton with the sub-joints as joints, each turned and moved (6 DOF)."""
+    parts, parents = made.subjoints, made.subjoints.parents
+    pieces = np.bincount(parts.joint, minlength=len(parts.skeleton))
+    skeleton = Skeleton(parts.names(), parents, (parts.skeleton.offsets / pieces[:, None])[parts.joint])
+    places, turns = (np.ascontiguousarray(array.transpose(1, 2, 0)) for array in (made.positions, made.rotation))
+    translation, rotation = places.copy(), turns.copy()
+    for s, parent in enumerate(parents):
+        if parent >= 0:
+            back = quat.inverse(turns[parent])
+            translation[s] = quat.turned(back, places[s] - places[parent])
+            rotation[s] = quat.product(back, turns[s])
+    source = made.source
+    return SkeletonMotion(
+        skeleton, translation.transpose(2, 0, 1), rotation.transpose(2, 0, 1), source.fps, source.notes
+    )
+
+
 def rooted(motion: SkeletonMotion) -> SkeletonMotion:
     """The motion with each joint that moves freely against its parent made a root, and links as long as they are.
 
     Some files hang moving hips on a root that stays on the floor: what lies between them is no link.
     """
     skeleton, parents = motion.skeleton, np.array(motion.skeleton.parents)
-    middle = np.median(motion.translation, axis=0)
+    middle = np.median(motion.translation[:: max(len(motion) // 100, 1)], axis=0)
     away = np.abs(motion.translation - middle).max(axis=(0, 2))
     body = np.linalg.norm(middle[parents >= 0], axis=1).sum()
     free = (parents >= 0) & (away > 0.01 * body)
@@ -130,8 +154,8 @@ def posed_first(motion: SkeletonMotion) -> bool:
     """Whether the first frame is a pose that somebody set before the motion, as a T-pose is in many CMU files."""
     if len(motion) < 4:
         return False
-    turn = np.abs((motion.rotation[1:] * motion.rotation[:-1]).sum(axis=-1)).clip(max=1)
-    jumps = np.arccos(turn).mean(axis=1)
+    cosine = np.einsum("tji,tji->tj", motion.rotation[1:], motion.rotation[:-1])
+    jumps = np.sqrt(np.maximum(1 - cosine**2, 0)).mean(axis=1)  # sines of half the angles
     return bool(jumps[0] > JOLT * jumps[1:].max() and jumps[0] > 0.05)
 
 
@@ -154,14 +178,22 @@ def _swinging(placed: NDArray, parts: SubJoints, fps: float, share: float, loop:
 
 
 def _standing(
-    placed: NDArray, parts: SubJoints, captured: NDArray, feet: Sequence[int], contacts: NDArray | None, fps: float
+    placed: NDArray,
+    parts: SubJoints,
+    captured: NDArray,
+    feet: Sequence[int] | None,
+    contacts: NDArray | None,
+    motion: SkeletonMotion,
 ) -> NDArray:
+    from mocap.rubber import feet as standing
+    from mocap.rubber import soles
+
+    if feet is None:
+        feet, contacts = soles.found(motion, captured)
     if not len(feet):
         return placed
-    from mocap.rubber import feet as standing
-
     if contacts is not None:
-        placed = standing.kept(placed, parts, captured, feet, contacts, fps)
+        placed = standing.kept(placed, parts, captured, feet, contacts, motion.fps, SETTLE)
     return standing.above(placed, parts, feet, captured)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from mocap.bvh import read_bvh, write_bvh
 from mocap.rubber import lengths, rubber, squash
 from mocap.skeleton import Skeleton, SkeletonMotion
 
@@ -32,7 +33,7 @@ def test_a_figure_that_glides_along_is_left_as_it_is():
 
 def test_links_stay_within_what_they_may_be_stretched():
     motion = _kicking()
-    made = rubber.make_rubber(motion, omega=20, most_stretch=1.5)
+    made = rubber.make_rubber(motion, omega=20, most_stretch=1.5, feet=[])
     skeleton = made.source.skeleton
     ratio = lengths.ratios(made.positions[:, made.subjoints.ends], skeleton.parents, skeleton.lengths())
     assert ratio.max() <= 1.5 and ratio.min() >= 1 / 1.5 and ratio.max() > 1.4 and ratio.min() < 0.95
@@ -49,14 +50,16 @@ def test_what_it_says_of_stretch_and_thickness_is_so():
     np.testing.assert_allclose(kept, 1, atol=0.02)
 
 
-def test_it_commutes_with_turning_and_carrying_the_whole_motion():
+@pytest.mark.parametrize(("turn", "feet"), [((0.3, 1.2, -0.5), ()), ((0, 1.2, 0), None)])
+def test_it_commutes_with_turning_and_carrying_the_whole_motion(turn, feet):
+    """With feet that stand on a floor, turned about the vertical."""
     motion = _kicking()
-    whole = Rotation.from_euler("xyz", [0.3, 1.2, -0.5])
+    whole = Rotation.from_euler("xyz", turn)
     translation, rotation = motion.translation.copy(), motion.rotation.copy()
     translation[:, 0] = whole.apply(translation[:, 0]) + [2, -1, 3]
     rotation[:, 0] = (whole * Rotation.from_quat(rotation[:, 0])).as_quat()
-    here = rubber.make_rubber(motion)
-    there = rubber.make_rubber(replace(motion, translation=translation, rotation=rotation))
+    here = rubber.make_rubber(motion, feet=feet)
+    there = rubber.make_rubber(replace(motion, translation=translation, rotation=rotation), feet=feet)
     moved = whole.apply(here.positions.reshape(-1, 3)).reshape(here.positions.shape) + [2, -1, 3]
     np.testing.assert_allclose(there.positions, moved, atol=1e-6)
     turned = (whole * Rotation.from_quat(here.rotation.reshape(-1, 4))).as_quat().reshape(here.rotation.shape)
@@ -136,6 +139,23 @@ def test_springs_let_tips_swing_and_leave_the_root():
     away = np.linalg.norm(swinging.positions - stiff.positions, axis=-1).max(axis=0)
     foot = stiff.subjoints.ends[motion.skeleton.names.index("ankle")]
     assert away[0] == pytest.approx(0, abs=1e-12) and away[foot] > 0.02
+
+
+def test_as_an_ordinary_skeleton_it_has_the_same_places_and_turns():
+    made = rubber.make_rubber(_kicking(), omega=6)
+    motion = rubber.on_skeleton(made)
+    np.testing.assert_allclose(motion.positions(), made.positions, atol=1e-9)
+    turns = Rotation.from_matrix(motion.world()[..., :3].reshape(-1, 3, 3)).as_quat().reshape(made.rotation.shape)
+    np.testing.assert_allclose(np.abs((turns * made.rotation).sum(axis=-1)), 1, atol=1e-9)
+    np.testing.assert_allclose(motion.skeleton.lengths(), made.subjoints.lengths(), atol=1e-12)
+
+
+def test_written_as_bvh_it_reads_the_same(tmp_path):
+    made = rubber.make_rubber(_kicking(), omega=6)
+    write_bvh(rubber.on_skeleton(made), tmp_path / "kick.bvh")
+    back = read_bvh(tmp_path / "kick.bvh")
+    order = [made.subjoints.names().index(name) for name in back.skeleton.names]
+    np.testing.assert_allclose(back.positions(), made.positions[:, order], atol=1e-5)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
