@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.body import Body
+from mocap.body import find_body
 from mocap.posing.choreography import Dance, Phrase, Step
 from mocap.posing.postures import Pool, Posture, posed, turns_of
 from mocap.posing.starting import kind_of
@@ -24,14 +24,14 @@ PULSES = ("crouch", "bow")
 DEPTH = 0.45
 
 
-def invented(pool: Pool, skeleton: Skeleton, body: Body, beats: float, seed: int = 0) -> Dance:
-    """A dance for so many beats; the same for the same seed.
+def invented(pool: Pool, skeleton: Skeleton, beats: float, seed: int = 0, rest: NDArray | None = None) -> Dance:
+    """A dance for so many beats; the same for the same seed.  `rest` (J, 4) is how joints stand at rest.
 
     Large postures are danced more often than small ones, and with others that move other joints; one foot at least
     stands.  A posture is followed by its mirror image or by another.  Between beats the knees dip.
     """
     rng = np.random.default_rng(seed)
-    sizes, legs = _sizes(pool, skeleton), [] if kind_of(skeleton) == "plant" else _legs(skeleton, body)
+    sizes, legs = _sizes(pool, skeleton, rest), _legs(skeleton, rest)
     phrases: list[Phrase] = []
     theme = _phrase(pool, sizes, legs, rng)
     while sum(phrase.beats * phrase.repeats for phrase in phrases) < beats:
@@ -81,15 +81,18 @@ def _lifts(posture: Posture, legs: list[set[str]]) -> bool:
     return any(moved) and not all(moved)
 
 
-def _sizes(pool: Pool, skeleton: Skeleton) -> NDArray:
+def _sizes(pool: Pool, skeleton: Skeleton, rest: NDArray | None) -> NDArray:
     """How far each posture (K,) moves the joints on the average."""
     turns = np.array([turns_of(posture, skeleton) for posture in pool.postures])
-    places = posed(skeleton, np.concatenate([np.zeros_like(turns[:1]), turns]), 1.0).positions()
+    places = posed(skeleton, np.concatenate([np.zeros_like(turns[:1]), turns]), 1.0, rest).positions()
     return np.linalg.norm(places[1:] - places[0], axis=-1).mean(axis=-1)
 
 
-def _legs(skeleton: Skeleton, body: Body) -> list[set[str]]:
-    """What the joints of each leg are called."""
+def _legs(skeleton: Skeleton, rest: NDArray | None) -> list[set[str]]:
+    """What the joints of each leg are called; what grows in one place has none."""
+    if kind_of(skeleton, rest) == "plant":
+        return []
+    body = find_body(skeleton, posed(skeleton, np.zeros((1, len(skeleton), 3)), 1.0, rest).positions())
     kinds = sorted({label for label in body.label if label.endswith("leg")})
     return [{name for name, label in zip(skeleton.names, body.label) if label == kind} for kind in kinds]
 

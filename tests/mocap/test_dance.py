@@ -44,7 +44,7 @@ def test_on_its_beat_each_joint_has_less_than_5_percent_of_its_move_left(bpm, sk
     rest = standing(skeleton)
     pool = starting_pool(skeleton, rest)
     music = beats.steady(bpm, 16 * 60 / bpm, first=0.13)
-    dance = invented(pool, skeleton, find_body(skeleton), 16, seed=bpm)
+    dance = invented(pool, skeleton, 16, bpm, rest)
     pairs = mirror.counterparts(skeleton, find_body(skeleton))
     motion = danced(skeleton, pool, dance, music, rest=rest)
     at_rest = danced(skeleton, pool, of(Step(0, "rest")), music, rest=rest).world()[0]
@@ -107,7 +107,7 @@ def test_extent_goes_to_half_of_the_posture_and_beyond():
 def test_the_mirror_image_of_a_dance_is_the_dance_in_a_mirror(seed):
     rest = standing(HUMAN)
     pool = starting_pool(HUMAN, rest)
-    dance = invented(pool, HUMAN, find_body(HUMAN), 16, seed)
+    dance = invented(pool, HUMAN, 16, seed, rest)
     phrases = [replace(p, steps=tuple(replace(s, mirror=not s.mirror) for s in p.steps)) for p in dance.phrases]
     one, other = (danced(HUMAN, pool, d, MUSIC, rest=rest).positions() for d in (dance, Dance(tuple(phrases))))
     pairs = mirror.counterparts(HUMAN, find_body(HUMAN))
@@ -118,7 +118,7 @@ def test_the_mirror_image_of_a_dance_is_the_dance_in_a_mirror(seed):
 def test_a_dancer_stands_on_the_floor_and_its_lowest_foot_does_not_slide(seed):
     rest = standing(HUMAN)
     body = find_body(HUMAN)
-    dance = invented(starting_pool(HUMAN, rest), HUMAN, body, 32, seed)
+    dance = invented(starting_pool(HUMAN, rest), HUMAN, 32, seed, rest)
     motion = danced(HUMAN, starting_pool(HUMAN, rest), dance, beats.steady(110, 16), rest=rest)
     feet = motion.positions()[:, list(body.feet)]
     assert np.abs(feet[..., 1].min(axis=1) - feet[0, :, 1].min()).max() < 0.02
@@ -132,14 +132,14 @@ def test_a_dancer_stands_on_the_floor_and_its_lowest_foot_does_not_slide(seed):
 def test_a_flower_and_a_lamp_stay_where_they_grow():
     for skeleton in (FLOWER, LAMP):
         pool = starting_pool(skeleton)
-        motion = danced(skeleton, pool, invented(pool, skeleton, find_body(skeleton), 16, 2), MUSIC)
+        motion = danced(skeleton, pool, invented(pool, skeleton, 16, 2), MUSIC)
         places = motion.positions()
         assert np.abs(places[:, 0]).max() < 1e-9 and np.ptp(places[:, -1], axis=0).max() > 0.05
 
 
 def test_the_same_seed_makes_the_same_dance_and_another_one_another():
-    pool, body = starting_pool(HUMAN), find_body(HUMAN)
-    dances = [invented(pool, HUMAN, body, 32, seed) for seed in (1, 1, 2)]
+    pool = starting_pool(HUMAN)
+    dances = [invented(pool, HUMAN, 32, seed) for seed in (1, 1, 2)]
     assert dances[0] == dances[1] != dances[2]
     assert 32 <= dances[0].beats < 40
     assert all(phrase.beats * phrase.repeats == 8 for phrase in dances[0].phrases)
@@ -152,7 +152,7 @@ def test_an_invented_dance_keeps_a_foot_on_the_floor_on_every_beat(seed):
     rest = standing(HUMAN)
     pool, body = starting_pool(HUMAN, rest), find_body(HUMAN)
     music = beats.steady(120, 6)
-    motion = danced(HUMAN, pool, invented(pool, HUMAN, body, 12, seed), music, fps=12, rest=rest)
+    motion = danced(HUMAN, pool, invented(pool, HUMAN, 12, seed, rest), music, fps=12, rest=rest)
     places = motion.positions()
     hips, feet = places[:, 0, 1], places[:, list(body.feet), 1]
     assert (hips - feet.min(axis=1) > 0.5).all()
@@ -160,7 +160,7 @@ def test_an_invented_dance_keeps_a_foot_on_the_floor_on_every_beat(seed):
 
 def test_a_pool_of_one_posture_is_danced():
     pool = Pool((Posture("lean", {"Spine": (0.0, 0.0, 0.3)}),))
-    motion = danced(HUMAN, pool, invented(pool, HUMAN, find_body(HUMAN), 8), MUSIC)
+    motion = danced(HUMAN, pool, invented(pool, HUMAN, 8), MUSIC)
     assert np.abs(Rotation.from_quat(motion.rotation[:, 1]).as_rotvec()[:, 2]).max() == pytest.approx(0.3, rel=0.1)
 
 
@@ -182,5 +182,5 @@ def test_minutes_of_dance_take_seconds():
     pool = starting_pool(HUMAN, rest)
     music = beats.steady(120, 120)
     start = time.thread_time()
-    danced(HUMAN, pool, invented(pool, HUMAN, find_body(HUMAN), 240), music, rest=rest)
+    danced(HUMAN, pool, invented(pool, HUMAN, 240), music, rest=rest)
     assert time.thread_time() - start < 6
