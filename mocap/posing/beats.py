@@ -107,7 +107,7 @@ def _of_midi(path: Path) -> Beats:
         raise InputError(f"{path} must be a MIDI file, it cannot be read: {error}") from None
     if ticks <= 0 or last <= 0:
         raise InputError(f"{path} must be a MIDI file with notes in time, it has none: export it again")
-    changes = dict(sorted(tempos))  # of two at one tick the later counts
+    changes = dict(sorted(tempos, key=lambda change: change[0]))  # of two at one tick the later counts
     at = np.array(list(changes), float)
     pace = np.array(list(changes.values()), float) / ticks / 1e6  # seconds a tick
     when = np.concatenate([[0], np.cumsum(np.diff(at) * pace[:-1])])

@@ -126,6 +126,12 @@ def test_midi_beats_follow_every_change_of_tempo(tmp_path):
     assert found.seconds == pytest.approx(truth[-1])
 
 
+@pytest.mark.parametrize("bpm", [50, 120, 121, 150, 200])
+def test_a_tempo_from_the_beginning_is_the_tempo_whether_slow_or_quick(tmp_path, bpm):
+    midi(tmp_path / "a.mid", [(0, bpm)], 8)
+    assert beats.read_beats(tmp_path / "a.mid").bpm == pytest.approx(bpm, rel=1e-4)
+
+
 def test_a_wav_file_is_heard_in_stereo_and_whole_numbers(tmp_path):
     from scipy.io import wavfile
 
