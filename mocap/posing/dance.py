@@ -100,8 +100,8 @@ def _goals(
 
 
 def _on_floor(motion: SkeletonMotion, feet: Sequence[int], places: NDArray) -> SkeletonMotion:
-    """The motion so high that what is lowest at rest is on the floor, and with its feet where they are at rest."""
-    low = places[:, 1].min()
+    """The motion so high that its feet, or without them what is lowest, are on the floor, and stay where they are."""
+    low = places[list(feet) or slice(None), 1].min()
     translation = motion.translation.copy()
     roots = [joint for joint, parent in enumerate(motion.skeleton.parents) if parent < 0]
     translation[:, roots, 1] -= low

@@ -18,7 +18,7 @@ RHYTHMS = ((0, 1, 2, 3), (0, 1, 2, 3), (0, 2), (0, 1, 2), (0, 2, 3), (0, 1.5, 3)
 """On which of four beats there is a posture."""
 
 FORM = "AABA"
-PULSES = ("crouch", "bow")
+PULSES = ("crouch", "head down", "bow")
 """What a dancer does a little of between beats, so that it comes up on them: the first that the pool has."""
 
 DEPTH = 0.45
@@ -49,7 +49,7 @@ def _phrase(pool: Pool, sizes: NDArray, legs: list[set[str]], rng: np.random.Gen
         if last and not last[0].mirror and rng.random() < 0.4:
             steps += [replace(step, beat=beat, mirror=True) for step in last]
             continue
-        large = np.where((sizes > 0.25 * sizes.max()) & (np.arange(len(sizes)) != main), sizes, 0.0)
+        large = np.where((sizes > 0.5 * sizes.max()) & (np.arange(len(sizes)) != main), sizes, 0.0)
         main = int(rng.choice(len(sizes), p=large / large.sum())) if large.any() else 0
         steps.append(Step(beat, pool.postures[main].name, 1.0 if beat == 0 else _round(rng.uniform(0.75, 1.0))))
         taken = [main]
@@ -82,10 +82,10 @@ def _lifts(posture: Posture, legs: list[set[str]]) -> bool:
 
 
 def _sizes(pool: Pool, skeleton: Skeleton, rest: NDArray | None) -> NDArray:
-    """How far each posture (K,) moves the joints on the average."""
+    """How large each posture (K,) is: the root of how far it moves the joints on the average."""
     turns = np.array([turns_of(posture, skeleton) for posture in pool.postures])
     places = posed(skeleton, np.concatenate([np.zeros_like(turns[:1]), turns]), 1.0, rest).positions()
-    return np.linalg.norm(places[1:] - places[0], axis=-1).mean(axis=-1)
+    return np.sqrt(np.linalg.norm(places[1:] - places[0], axis=-1).mean(axis=-1))
 
 
 def _legs(skeleton: Skeleton, rest: NDArray | None) -> list[set[str]]:
