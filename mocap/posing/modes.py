@@ -11,6 +11,7 @@ link's mass sits in the two points that turn as heavily as a rod does.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,17 +154,10 @@ def torques_of(
     parents: tuple[int, ...], places: NDArray, points: Sequence[NDArray], forces: Sequence[NDArray]
 ) -> NDArray:
     """How forces in points of the links above J joints, each (..., J, 3), turn the joints (..., J, 3), in the world."""
-    force = np.sum(forces, axis=0)
-    moment = np.sum([np.cross(x, f) for x, f in zip(points, forces)], axis=0)
-    out = np.zeros_like(moment)
-    beyond, about = np.zeros_like(moment), np.zeros_like(moment)
-    for joint in reversed(range(len(parents))):  # children before their parents
-        out[..., joint, :] = about[..., joint, :] - np.cross(places[..., joint, :], beyond[..., joint, :])
-        above = parents[joint]
-        if above >= 0:
-            beyond[..., above, :] += beyond[..., joint, :] + force[..., joint, :]
-            about[..., above, :] += about[..., joint, :] + moment[..., joint, :]
-    return out
+    beyond = _beyond(tuple(parents))
+    force = np.einsum("ji,...id->...jd", beyond, np.sum(forces, axis=0))
+    moment = np.sum([_cross(x, f) for x, f in zip(points, forces)], axis=0)
+    return np.einsum("ji,...id->...jd", beyond, moment) - _cross(places, force)
 
 
 def on_links(values: NDArray, parents: tuple[int, ...], at: float) -> NDArray:
@@ -181,6 +175,22 @@ def softly(turns: NDArray, most: float = MOST) -> NDArray:
     """Turns (..., 3) of which large ones are made smaller, so that none is beyond `most` radians."""
     angle = np.linalg.norm(turns, axis=-1, keepdims=True) / most
     return turns * np.where(angle > 1e-6, np.tanh(angle) / np.maximum(angle, 1e-6), 1.0)
+
+
+@lru_cache(maxsize=8)
+def _beyond(parents: tuple[int, ...]) -> NDArray:
+    """Which links hang on which joints (J, J), 1 or 0; a link is called as the joint at its end."""
+    beyond = np.zeros((len(parents), len(parents)))
+    for link, parent in enumerate(parents):
+        if parent >= 0:
+            beyond[:, link] = beyond[:, parent]
+            beyond[parent, link] = 1
+    return beyond
+
+
+def _cross(a: NDArray, b: NDArray) -> NDArray:
+    """What np.cross does to vectors (..., 3), at a fifth of its price for a few."""
+    return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
 
 
 def _mass_matrix(

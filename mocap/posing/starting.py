@@ -37,9 +37,11 @@ def kind_of(skeleton: Skeleton, rest: NDArray | None = None) -> str:
 
 
 def standing(skeleton: Skeleton, rest: NDArray | None = None) -> NDArray:
-    """A rest pose (J, 4) to dance from: a human's arms hang and its legs are straight, all else is as in `rest`."""
+    """A rest pose (J, 4) to dance from: a human's arms hang, its legs are straight, its feet as flat as in `rest`."""
     if kind_of(skeleton, rest) != "human":
         return unturned(skeleton) if rest is None else rest
+    feet = [_limb(_frame(skeleton, rest), f"{side} leg")[2] for side, _ in SIDES]
+    flat = _frame(skeleton, rest).world[feet]
     for part, goal in (("arm", HANGING), ("leg", (0.05, -1, 0))):
         for step in range(2):  # first the upper link, and after it the lower
             frame = _frame(skeleton, rest)
@@ -48,7 +50,9 @@ def standing(skeleton: Skeleton, rest: NDArray | None = None) -> NDArray:
                 joint = _limb(frame, f"{side} {part}")[step]
                 turns[joint] = _aimed(frame, joint, (sign * goal[0], *goal[1:]))
             rest = turned(frame.rest, turns)
-    return rest
+    turns[:] = 0
+    turns[feet] = _vector(_frame(skeleton, rest).world[feet].swapaxes(1, 2) @ flat)
+    return turned(rest, turns)
 
 
 def human(skeleton: Skeleton, rest: NDArray | None = None) -> Pool:
@@ -183,6 +187,12 @@ def _aimed(frame: _Frame, joint: int, goal: Sequence[float]) -> NDArray:
     link, way = _link(frame, joint), np.asarray(goal, float) @ frame.axes
     angle = np.arctan2(np.linalg.norm(np.cross(link, way)), link @ way)
     return _toward(frame, joint, goal, angle)
+
+
+def _vector(matrices: NDArray) -> NDArray:
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(matrices).as_rotvec()
 
 
 def _link(frame: _Frame, joint: int) -> NDArray:
