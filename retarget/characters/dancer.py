@@ -59,15 +59,16 @@ def _built_in(name: str) -> Dancer:
 
 
 def _of_bvh(name: str) -> Dancer:
-    """Its rest pose is that of its joints unturned, or of its first frame where nobody can stand unturned."""
+    """Its rest pose is that of its joints unturned; where nobody can stand so, the best of its frames."""
     from mocap.bvh import read_bvh
+    from mocap.posing.rest import rested
     from mocap.posing.starting import kind_of, standing
     from mocap.units import upright
 
     motion = upright(read_bvh(name))
-    first = motion.rotation[0]
-    lies = kind_of(motion.skeleton) == "plant" and kind_of(motion.skeleton, first) != "plant"
-    return Dancer(motion.skeleton, standing(motion.skeleton, first if lies else None), notes=motion.notes)
+    if kind_of(motion.skeleton) == "plant":
+        return Dancer(*rested(motion), notes=motion.notes)
+    return Dancer(motion.skeleton, standing(motion.skeleton), notes=motion.notes)
 
 
 def _of_model(name: str) -> Dancer:
