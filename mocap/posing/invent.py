@@ -14,7 +14,7 @@ from mocap.posing.postures import Pool, Posture, posed, turns_of
 from mocap.posing.starting import kind_of
 from mocap.skeleton import Skeleton
 
-RHYTHMS = ((0, 1, 2, 3), (0, 1, 2, 3), (0, 2), (0, 1, 2), (0, 2, 3), (0, 1.5, 3))
+RHYTHMS = (*((0, 1, 2, 3),) * 4, (0, 1, 2), (0, 2, 3), (0, 1.5, 3), (0, 2))
 """On which of four beats there is a posture."""
 
 FORM = "AABA"
@@ -82,10 +82,11 @@ def _lifts(posture: Posture, legs: list[set[str]]) -> bool:
 
 
 def _sizes(pool: Pool, skeleton: Skeleton, rest: NDArray | None) -> NDArray:
-    """How large each posture (K,) is: the root of how far it moves the joints on the average."""
+    """How large each posture (K,) is: the more joints it turns and the farther all are moved, the larger."""
     turns = np.array([turns_of(posture, skeleton) for posture in pool.postures])
     places = posed(skeleton, np.concatenate([np.zeros_like(turns[:1]), turns]), 1.0, rest).positions()
-    return np.sqrt(np.linalg.norm(places[1:] - places[0], axis=-1).mean(axis=-1))
+    far = np.linalg.norm(places[1:] - places[0], axis=-1).mean(axis=-1)
+    return np.sqrt(far * turns.any(axis=-1).sum(axis=-1))
 
 
 def _legs(skeleton: Skeleton, rest: NDArray | None) -> list[set[str]]:
