@@ -22,6 +22,9 @@ from mocap.skeleton import Skeleton, SkeletonMotion
 SPRINGS = felt(2.2, 0.8)
 """Brisk, and hardly swinging over."""
 
+HOP = 1.2
+"""A hop is so many times as high as it needs to be."""
+
 
 def danced(
     skeleton: Skeleton,
@@ -36,21 +39,48 @@ def danced(
     """The motion of a skeleton, upright and in metres, that dances as long as the music lasts, its feet on the floor.
 
     Its beats are those of the music, from the first; each posture is reached when its beat sounds.  What several steps
-    of one beat do to a joint is added; a joint that a part's steps do not concern goes on.  `rest` (J, 4) is how joints
-    stand at rest, `springs` are the elastic joints', and `extent` is how far all postures go.
+    of one beat do to a joint is added; a joint that a part's steps do not concern goes on.  From one leg to the other
+    it hops.  `rest` (J, 4) is how joints stand at rest, `springs` are the elastic joints', and `extent` is how far all
+    postures go.
     """
     if not 1 <= fps <= 1000:
         raise InputError(f"frames a second must be 1 to 1000, got {fps:g}: 24 is film")
     at_rest = posed(skeleton, np.zeros((1, len(skeleton), 3)), fps, rest).world()[0]
     body = find_body(skeleton, at_rest[..., 3])
-    beats = len(music.times) - 1 + max(music.seconds - music.times[-1], 0) * music.bpm / 60
     at = np.arange(max(int(np.ceil(music.seconds * fps - 1e-9)), 1)) / fps
-    turns = np.zeros((len(at), len(skeleton), 3))
-    for steps in (unrolled(dance, beats), pulses(dance, beats)):
-        goals = _goals(skeleton, body, pool, steps, at_rest, extent)
-        turns += _layer(steps, goals, np.array([joints_of(step.part, body) for step in steps]), music, at, springs)
+    beats = _beats_until(at[-1], music)
+    steps, layers = unrolled(dance, beats), []
+    for own in (steps, pulses(dance, beats)):
+        goals = _goals(skeleton, body, pool, own, at_rest, extent)
+        concerned = np.array([joints_of(step.part, body) for step in own])
+        layers.append(_layer(own, goals, concerned, music, at, springs))
     feet = () if kind_of(skeleton, rest) == "plant" else body.feet
-    return _on_floor(posed(skeleton, turns, fps, rest), feet, at_rest[..., 3])
+    plain, whole = (
+        _on_floor(posed(skeleton, turns, fps, rest), feet, at_rest[..., 3]) for turns in (layers[0], sum(layers))
+    )
+    when = music.at(np.unique([step.beat for step in steps]))
+    roots = [joint for joint, parent in enumerate(skeleton.parents) if parent < 0]
+    translation = whole.translation.copy()
+    translation[:, roots, 1] += _hops(plain.translation[:, roots, 1], at, when)
+    return replace(whole, translation=translation)
+
+
+def _beats_until(end: float, music: Beats) -> float:
+    """How many beats after the first a moment is: a move to one that is not seen need not begin."""
+    inside = float(np.interp(end, music.times, np.arange(len(music.times))))
+    return inside + max(end - music.times[-1], 0) * music.bpm / 60
+
+
+def _hops(height: NDArray, at: NDArray, when: NDArray) -> NDArray:
+    """By how much a figure (T, R) leaves the floor at moments (T,), for roots (T, R) that stand so high.
+
+    Who changes from one leg to the other between two beats would sink to the floor half-way, with both legs lifted
+    half.  A dancer hops: nowhere are roots lower than on both of the beats `when` (M,) around.
+    """
+    on_beats = np.array([np.interp(np.concatenate([at[:1], when, at[-1:]]), at, own) for own in height.T]).T
+    after = np.searchsorted(when, at, side="right") + 1
+    least = np.minimum(on_beats[after - 1], on_beats[after])
+    return HOP * np.maximum(least - height, 0)
 
 
 def _layer(
