@@ -23,6 +23,9 @@ BANDS = 40
 QUICK = 190.0
 """No tempo is doubled beyond this."""
 
+MOST = 20_000
+"""Beats of a MIDI file, at most: hours."""
+
 EVEN, WEAK = 0.75, 0.6
 
 
@@ -57,8 +60,10 @@ def halved(beats: Beats) -> Beats:
 
 
 def danced(beats: Beats) -> Beats:
-    """The beats to dance: every one, or above QUICKEST every second."""
-    return halved(beats) if beats.bpm > QUICKEST else beats
+    """The beats to dance: every one, or above QUICKEST every second, or fourth."""
+    while beats.bpm > QUICKEST and len(beats.times) > 1:
+        beats = halved(beats)
+    return beats
 
 
 def read_beats(path: str | Path) -> Beats:
@@ -107,6 +112,8 @@ def _of_midi(path: Path) -> Beats:
         raise InputError(f"{path} must be a MIDI file, it cannot be read: {error}") from None
     if ticks <= 0 or last <= 0:
         raise InputError(f"{path} must be a MIDI file with notes in time, it has none: export it again")
+    if last / ticks > MOST or any(tempo <= 0 for _, tempo in tempos):
+        raise InputError(f"{path} must be music of at most {MOST} beats with a tempo, it is not: export it again")
     changes = dict(sorted(tempos, key=lambda change: change[0]))  # of two at one tick the later counts
     at = np.array(list(changes), float)
     pace = np.array(list(changes.values()), float) / ticks / 1e6  # seconds a tick

@@ -93,7 +93,7 @@ def test_drums_that_are_counted_in_two_ways_are_heard_in_one_of_them(bpm, patter
     assert np.median(off_beat(found, bpm)) < 0.02
 
 
-@pytest.mark.parametrize(("bpm", "step"), [(60, 1), (135, 1), (136, 2), (200, 2)])
+@pytest.mark.parametrize(("bpm", "step"), [(60, 1), (135, 1), (136, 2), (240, 2)])
 def test_of_quick_music_every_second_beat_is_danced(bpm, step):
     music = beats.steady(bpm, 20)
     np.testing.assert_allclose(beats.danced(music).times, music.times[::step])
@@ -147,6 +147,19 @@ def test_counted_beats_have_times(bpm, beat, seconds):
     music = beats.steady(bpm, seconds)
     assert music.at(beat) == pytest.approx(beat * 60 / bpm)
     assert beats.halved(beats.steady(bpm, 30)).at(beat) == pytest.approx(2 * beat * 60 / bpm)
+
+
+def test_a_piece_written_in_very_short_beats_is_danced_every_fourth(tmp_path):
+    midi(tmp_path / "a.mid", [(0, 400)], 40)
+    music = beats.danced(beats.read_beats(tmp_path / "a.mid"))
+    assert music.bpm == pytest.approx(100, rel=1e-4) and np.diff(music.times) == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize("tempos", [[(0, 120), (100_000, 100)], [(0, 120), (1, 1e9)]])
+def test_a_midi_file_of_days_or_without_time_is_refused(tmp_path, tempos):
+    midi(tmp_path / "a.mid", tempos, 100_001)
+    with pytest.raises(InputError, match="at most"):
+        beats.read_beats(tmp_path / "a.mid")
 
 
 def test_what_is_no_music_is_refused(tmp_path):
