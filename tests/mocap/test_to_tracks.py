@@ -131,6 +131,13 @@ def test_stretch_and_thickness_of_rubber_are_carried():
     assert np.linalg.norm(hand - elbow) == pytest.approx(1.6 * 25)
 
 
+def test_hands_keep_their_size_however_long_the_arm():
+    tracks = to_tracks(_rubber(_moving({"LeftArm": (0, 0, 0.5)}, 4), 1.6, 0.8), _marks())
+    hand, arm = (total_affine(tracks, f"left_hand {which}")[0, :, :2] for which in ("end", "4"))
+    np.testing.assert_allclose(np.linalg.svd(hand, compute_uv=False), 1, atol=1e-9)
+    assert affine.turn(hand) == pytest.approx(affine.turn(arm)) == pytest.approx(-0.5)
+
+
 def test_a_limb_is_drawn_before_the_body_when_it_is_nearer_and_does_not_flicker():
     rng = np.random.default_rng(0)
     swing = np.concatenate([np.full(20, -1.2), np.full(20, 1.2)])  # about y: the left arm goes to the front, then back
