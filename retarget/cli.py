@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import capturing, lending, many, moving, start
+from retarget.commands import capturing, lending, many, moving, rubbering, start
 from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
@@ -17,7 +17,10 @@ COMMANDS: tuple[Callable[..., str], ...] = (
     many.batch,
     lending.retarget,
 )
-MOCAP: tuple[Callable[..., str], ...] = (moving.report,)
+MOCAP: tuple[Callable[..., str], ...] = (
+    moving.report,
+    rubbering.exaggerate,
+)
 """The subcommands of `tooncap mocap`."""
 
 
