@@ -194,7 +194,9 @@ def _standing(
         return placed
     if contacts is not None:
         placed = standing.kept(placed, parts, captured, feet, contacts, motion.fps, SETTLE)
-    return standing.above(placed, parts, feet, captured)
+    placed = standing.above(placed, parts, feet, captured)
+    placed[..., 1] = np.maximum(placed[..., 1], captured[..., 1].min())  # nor does a bent shin, between its joints
+    return placed
 
 
 def _joined(first: RubberMotion, later: RubberMotion, source: SkeletonMotion) -> RubberMotion:

@@ -133,6 +133,14 @@ def test_a_standing_foot_stays_where_it_stood():
     np.testing.assert_allclose(made.positions[:, made.subjoints.ends[other]], motion.positions()[:, other], atol=1e-4)
 
 
+def test_nothing_goes_through_the_floor():
+    """A figure that squats a little and is exaggerated much: neither a foot nor a bent shin goes lower than captured."""
+    motion = _kicking()
+    low = motion.positions()[..., 1].min()
+    assert rubber.make_rubber(motion, omega=8, most_stretch=2.5, feet=()).positions[..., 1].min() < low - 0.03
+    assert rubber.make_rubber(motion, omega=8, most_stretch=2.5).positions[..., 1].min() >= low - 1e-9
+
+
 def test_springs_let_tips_swing_and_leave_the_root():
     motion = _kicking()
     stiff, swinging = rubber.make_rubber(motion), rubber.make_rubber(motion, follow=1)
