@@ -2,7 +2,7 @@
 
 A limb is a chain of sub-joints from the body to the tip.  After Nealen et al. (2007) its shape is kept as well as may
 be: each inner sub-joint keeps its Laplacian, what it sticks out beyond the line of its neighbours, turned along with
-the chain, while the chain's start and the goals are met exactly.  The matrices depend on which goals are held only.
+the limb, while the chain's start and the goals are met exactly.  The matrices depend on which goals are held only.
 Links may stretch: that is what rubber is for.
 """
 
@@ -15,9 +15,6 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from mocap.rubber.subjoints import SubJoints
-
-ROUNDS = 3
-"""How often the Laplacians are turned after the chain."""
 
 BLEND = 0.1
 """Seconds in which a goal takes hold, and in which it lets go."""
@@ -78,16 +75,12 @@ def bent(chain: NDArray, nodes: Sequence[int], places: NDArray) -> NDArray:
     goal = np.concatenate([chain[:, :1], places], axis=1)
     lengths = np.maximum(np.linalg.norm(np.diff(chain, axis=1), axis=-1).mean(axis=0), 1e-9)
     laplace = _laplacian(lengths)
-    kept = np.matmul(laplace, chain)
+    turned = _turned(np.matmul(laplace, chain), fixed, chain[:, fixed], goal)
     free = np.setdiff1d(np.arange(chain.shape[1]), fixed)
     solve = np.linalg.pinv(laplace[:, free])  # what is free follows from what is fixed
-    curve = chain
-    for _ in range(ROUNDS):
-        turned = kept if curve is chain else _turned(kept, chain, curve)
-        left = turned - np.matmul(laplace[:, fixed], goal)
-        curve = np.empty_like(chain)
-        curve[:, fixed] = goal
-        curve[:, free] = np.matmul(solve, left)
+    curve = np.empty_like(chain)
+    curve[:, fixed] = goal
+    curve[:, free] = np.matmul(solve, turned - np.matmul(laplace[:, fixed], goal))
     return curve
 
 
@@ -129,12 +122,16 @@ def _laplacian(lengths: NDArray) -> NDArray:
     return rows
 
 
-def _turned(vectors: NDArray, chain: NDArray, curve: NDArray) -> NDArray:
-    """Vectors (T, n - 1, 3) at points of a chain, turned as the chain's direction there turned to the curve's."""
-    first, second = _directions(chain), _directions(curve)
+def _turned(vectors: NDArray, fixed: NDArray, before: NDArray, after: NDArray) -> NDArray:
+    """Vectors (T, n - 1, 3) at points of a chain, turned as the line between the fixed points around them was turned.
+
+    Turned after the chain's own directions instead, round after round, a leg that is pressed together throws loops.
+    """
+    stretch = np.clip(np.searchsorted(fixed, np.arange(vectors.shape[1]), side="right") - 1, 0, len(fixed) - 2)
+    first, second = (_unit(np.diff(points, axis=1))[:, stretch] for points in (before, after))
     axis, cosine = _cross(first, second), np.einsum("tnd,tnd->tn", first, second)[..., None]
     across = _cross(axis, vectors)
-    # Rodrigues' formula with sin = |axis|; where a link turns right round there is no one way: it stays
+    # Rodrigues' formula with sin = |axis|; where a line turns right round there is no one way: it stays
     return vectors + across + _cross(axis, across) / np.maximum(1 + cosine, 0.05)
 
 
@@ -147,10 +144,8 @@ def _cross(a: NDArray, b: NDArray) -> NDArray:
     return result
 
 
-def _directions(curve: NDArray) -> NDArray:
-    """Unit tangents (T, n - 1, 3) at all points but the last: the first link's, then central differences."""
-    tangents = np.concatenate([curve[:, 1:2] - curve[:, :1], curve[:, 2:] - curve[:, :-2]], axis=1)
-    return tangents / np.maximum(np.sqrt(np.einsum("tnd,tnd->tn", tangents, tangents)), 1e-12)[..., None]
+def _unit(vectors: NDArray) -> NDArray:
+    return vectors / np.maximum(np.sqrt(np.einsum("tnd,tnd->tn", vectors, vectors)), 1e-12)[..., None]
 
 
 def _limbs(subjoints: SubJoints, goals: Sequence[Goal]) -> list[list[Goal]]:
