@@ -81,7 +81,7 @@ def make_rubber(
     pushed = _in_bounds(pushed, motion, most_stretch, squash, loop)
     placed = subjoints.place(subjoints.placing(parts, hose), pushed)
     placed = _swinging(placed, parts, motion.fps, follow, loop)
-    placed = _standing(placed, parts, captured, feet, contacts, motion)
+    placed = _standing(placed, parts, captured, feet, contacts, motion, most_stretch)
     return finished(motion, parts, placed, captured, turns)
 
 
@@ -184,17 +184,20 @@ def _standing(
     feet: Sequence[int] | None,
     contacts: NDArray | None,
     motion: SkeletonMotion,
+    most_stretch: float,
 ) -> NDArray:
     from mocap.rubber import feet as standing
-    from mocap.rubber import soles
+    from mocap.rubber import hips, soles
 
     if feet is None:
         feet, contacts = soles.found(motion, captured)
     if not len(feet):
         return placed
     if contacts is not None:
+        placed = hips.carried(placed, parts, captured, feet, contacts, motion.fps, most_stretch, SETTLE)
+    placed = standing.above(placed, parts, feet, captured, motion.fps)
+    if contacts is not None:
         placed = standing.kept(placed, parts, captured, feet, contacts, motion.fps, SETTLE)
-    placed = standing.above(placed, parts, feet, captured)
     placed[..., 1] = np.maximum(placed[..., 1], captured[..., 1].min())  # nor does a bent shin, between its joints
     return placed
 

@@ -161,7 +161,7 @@ def test_no_foot_goes_through_the_floor(leg, standing):
     sub, count = leg(), 60
     captured = standing(sub, count)[:, sub.ends]
     dip = 0.1 * np.sin(np.linspace(0, np.pi, count))[:, None, None] * [0, -1, 0]
-    after = feet.above(standing(sub, count) + dip, sub, (3, 4, 7, 8), captured)
+    after = feet.above(standing(sub, count) + dip, sub, (3, 4, 7, 8), captured, FPS)
     floor = captured[:, [3, 4, 7, 8], 1].min(axis=0)
     assert (after[:, sub.ends[[3, 4, 7, 8]], 1] > floor - 1e-9).all()
     np.testing.assert_allclose(after[:, sub.ends[0]], (standing(sub, count) + dip)[:, sub.ends[0]])
