@@ -52,11 +52,12 @@ def cartoon(
 def pace(curves: NDArray, fps: float, loop: bool = False) -> float:
     """The width in seconds that is tuned to what is seen most of curves (T, ...) of one unit.
 
-    That is the mean frequency of their speed, each as strong as it is: sigma = sqrt(2) / omega.
+    That is the mean frequency of their speed, each as strong as it is: sigma = sqrt(2) / omega.  What all frames have
+    in common, to go straight on, is not seen.
     """
     curves = _checked(curves, fps)
     fine = max(LEAST, 1 / fps)
-    speed = (slope(curves, fps, fine, loop=loop) ** 2).sum()
+    speed = (slope(curves, fps, fine, loop=loop).var(axis=0) * len(curves)).sum()
     turns = (bend(curves, fps, fine, loop=loop) ** 2).sum()
     if speed <= 0 or turns <= 0:
         return MOST / 2
@@ -94,7 +95,7 @@ def average(curves: NDArray, fps: float, sigma: float, loop: bool = False, trave
 
 
 def kernel(order: int, width: float, shift: float = 0.0) -> tuple[NDArray, NDArray]:
-    """Frames (n,), counted back from now, and their weights (n,): a Gaussian `width` frames wide, or a derivative of it.
+    """Frames (n,), counted back from now, and weights (n,): a Gaussian `width` frames wide, or a derivative of it.
 
     A parabola times the Gaussian whose sums are those of a derivative: on few samples those of the formula are not, and
     then straight lines would be bent.  The result depends on the frame rate no more than the samples do.

@@ -77,7 +77,7 @@ def sides(names: tuple[str, ...]) -> NDArray:
     """Colours (S, 3) by what joints are called: warm on the left of the body, cool on its right, grey between."""
     colors = []
     for name in names:
-        plain = name.rsplit(":", 1)[-1].lower()
+        plain = name.rsplit(":", 1)[-1].lower().removesuffix(" end")
         left = "left" in plain or (plain[:1] == "l" and plain[1:2] != "o") or plain.endswith(("_l", ".l"))
         right = "right" in plain or (plain[:1] == "r" and not plain.startswith("root")) or plain.endswith(("_r", ".r"))
         colors.append(LEFT if left else RIGHT if right else MIDDLE)

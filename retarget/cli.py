@@ -8,14 +8,16 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import capturing, lending, many, moving, rubbering, start
+from retarget.commands import capturing, exaggerating, lending, many, moving, proposing, rubbering, start
 from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
     *(start.demo, start.fixtures),
     *(capturing.suggest, capturing.capture, capturing.contour, capturing.overlay),
     many.batch,
+    exaggerating.exaggerate,
     lending.retarget,
+    proposing.propose,
 )
 MOCAP: tuple[Callable[..., str], ...] = (
     moving.report,

@@ -83,6 +83,30 @@ def carry(
     return moved
 
 
+def ways(mesh: NDArray, moved: NDArray, faces: NDArray) -> tuple[NDArray, NDArray]:
+    """How each face goes from a mesh (N, 2) to its places `moved` (K, N, 2): turns (K, F) and stretches (K, F, 2, 2).
+
+    The linear map of a face is R(turn) stretch; turns are unwrapped, so that they may be averaged over neighbours.
+    """
+    start = _differences(np.asarray(mesh, float), faces)
+    maps = np.stack([start.jacobians(points) for points in moved])
+    turns = _unwrap(affine.turn(maps), faces, start.area)
+    return turns, np.swapaxes(_rotation(turns), -1, -2) @ maps
+
+
+def laplacian(mesh: NDArray, faces: NDArray) -> object:
+    """The sparse symmetric matrix (N, N) whose quadratic form says how much a field over a mesh (N, 2) varies."""
+    return _differences(np.asarray(mesh, float), faces).laplacian()
+
+
+def follow(mesh: NDArray, faces: NDArray, turns: NDArray, stretches: NDArray) -> NDArray:
+    """Shapes (K, N, 2) of a mesh (N, 2) whose faces go as near as possible to their own `ways`; their centres stay."""
+    mesh = np.asarray(mesh, float)
+    start = _differences(mesh, faces)
+    right = start.divergence(_rotation(turns) @ stretches)
+    return _solve(start.laplacian(), right, faces, np.broadcast_to(mesh, (len(turns), *mesh.shape)))
+
+
 def _mix(keys: NDArray, faces: NDArray, weights: NDArray) -> NDArray:
     starts = [_differences(key, faces) for key in keys]
     ways = np.stack([[start.jacobians(key) for key in keys] for start in starts])  # (K, K, F, 2, 2), from and to

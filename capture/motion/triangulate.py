@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 
+NEAREST = 16
+"""Faces that are tried first when the one is looked for that a point lies in."""
+
 
 def triangulate(
     outlines: NDArray, spacing: float | None = None, rounds: int = 20
@@ -64,20 +67,30 @@ def locate(points: NDArray, mesh_points: NDArray, faces: NDArray) -> tuple[NDArr
     corners = mesh_points[faces]  # (F, 3, 2)
     edges = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=-1)
     inverse = np.linalg.inv(edges)
-    face = np.empty(len(points), int)
-    shares = np.empty((len(points), 3))
-    for start in range(0, len(points), 512):  # bounds the (P, F) table
-        some = points[start : start + 512]
-        uv = np.einsum("fij,pfj->pfi", inverse, some[:, None] - corners[None, :, 0])
+    # a share times its corner's height says in pixels how far outside
+    heights = np.abs(np.linalg.det(edges))[:, None] / np.linalg.norm(
+        corners[:, [1, 2, 0]] - corners[:, [2, 0, 1]], axis=-1
+    )
+
+    def judged(some: NDArray, among: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        """The best of faces (P, C) or (C,) for points (P, 2), their shares, and how far outside the points are."""
+        uv = np.einsum("...fij,...fj->...fi", inverse[among], some[:, None] - corners[among, 0])
         bary = np.concatenate([1 - uv.sum(-1, keepdims=True), uv], axis=-1)
-        # how far outside, in pixels: the least share times that corner's height
-        heights = np.abs(np.linalg.det(edges))[:, None] / np.linalg.norm(
-            corners[:, [1, 2, 0]] - corners[:, [2, 0, 1]], axis=-1
-        )
-        outside = np.max(-bary * heights, axis=-1)
+        outside = np.max(-bary * heights[among], axis=-1)
         best = np.argmin(np.maximum(outside, 0) + 1e-9 * np.abs(bary).max(-1), axis=1)
-        face[start : start + 512] = best
-        shares[start : start + 512] = bary[np.arange(len(some)), best]
+        each = np.arange(len(some))
+        return np.broadcast_to(among, outside.shape)[each, best], bary[each, best], outside[each, best]
+
+    face, shares, off = np.empty(len(points), int), np.empty((len(points), 3)), np.full(len(points), np.inf)
+    if len(points) * len(faces) > NEAREST * len(points) + 200_000:  # most points lie in one of the nearest few faces
+        from scipy.spatial import cKDTree
+
+        near = cKDTree(corners.mean(axis=1)).query(points, NEAREST)[1]
+        face, shares, off = judged(points, near)
+    rest = np.flatnonzero(off > 0)
+    for start in range(0, len(rest), 512):  # bounds the (P, F) table
+        some = rest[start : start + 512]
+        face[some], shares[some], _ = judged(points[some], np.arange(len(faces)))
     return face, shares
 
 

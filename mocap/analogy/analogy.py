@@ -10,6 +10,7 @@ from capture.errors import InputError
 from mocap.analogy import align, cycles, rhythm, transfer
 from mocap.analogy import curves as curving
 from mocap.analogy.curves import Curves
+from mocap.analogy.feet import meant, standing
 from mocap.skeleton import SkeletonMotion
 
 
@@ -26,6 +27,7 @@ class Knobs:
     slope: int = align.SLOPE
     free: float = 0.0  # seconds of A and A' that may be left out at their starts and ends
     turn: bool = True  # repeat what comes round until it covers B
+    feet: bool = True  # feet that stand do not slide; for skeletons
 
 
 ALL = Knobs()
@@ -52,6 +54,8 @@ def analogy(one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, kno
     """
     made, start = skeleton_curves(one, two, three, knobs)
     moved = curving.to_skeleton(made.curves, start, three)
+    if knobs.feet:
+        moved = standing(moved, *meant(moved, three, made.when))
     return replace(moved, notes=made.notes)
 
 

@@ -43,6 +43,7 @@ class Bent:
     between: Inbetweener = keys.rigid
     height: float = 1.0
     pivot: NDArray | None = None
+    notes: tuple[str, ...] = ()  # what a user should be told
 
     @property
     def unit(self) -> float:
@@ -85,7 +86,8 @@ class Bent:
 
 def read_bent(part: str, keyset: KeySet, file: str | Path, line: NDArray | None = None, thinning: float = 0.0) -> Bent:
     """An SVG file as a character that follows the line of action whose ribbons are `keyset`."""
-    return bent(part, keyset, read_svg(file)[0], line, thinning)
+    drawn, notes = read_svg(file)
+    return replace(bent(part, keyset, drawn, line, thinning), notes=tuple(f"{file}: {note}" for note in notes))
 
 
 def bent(part: str, keyset: KeySet, drawn: list[DrawnPath], line: NDArray | None = None, thinning: float = 0.0) -> Bent:

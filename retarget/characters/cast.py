@@ -13,8 +13,9 @@ from capture.motion.tracks import CartoonMotion, Track
 from capture.pictures.clip import Clip
 from retarget.characters.backdrop import is_color, read_background
 from retarget.characters.bend import read_bent
+from retarget.characters.body import Body, Limb, body
 from retarget.characters.carried import carried_shapes
-from retarget.characters.castfile import BEND, BETWEEN, DEPTHS, Cast, CastKey, CastPart
+from retarget.characters.castfile import BEND, BETWEEN, DEPTHS, Cast, CastBody, CastKey, CastLimb, CastPart
 from retarget.characters.drawing import read_drawing
 from retarget.characters.mesh import mesh, read_mesh
 from retarget.characters.meshfiles import MODELS, read_model
@@ -29,7 +30,8 @@ DRAWINGS = (".svg", *PICTURES, *MODELS)
 def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) -> Cast:
     """A cast straight from drawings: one file for a part with one key, or a folder or list of files by name.
 
-    One picture, or one 3-D model, can serve all keys of the only part.  Else a file plays the key its stem ends in
+    One picture, or one 3-D model, can serve all keys of the only part, and one drawing whose name says nothing else
+    plays all of several parts as one body.  Else a file plays the key its stem ends in
     (bunny_sit.svg plays sit); with several parts the stem ends in part_key, or in the part alone for one key.
     """
     named = [drawings] if isinstance(drawings, (str, Path)) else list(drawings)
@@ -42,6 +44,8 @@ def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) 
         return Cast((CastPart(track.part, tuple(CastKey(key) for key in track.keys), str(files[0])),))
     if len(motion.tracks) == 1 and len(files) == 1 and files[0].suffix.lower() in MODELS:
         return Cast((_alone(motion.tracks[0], files[0]),))
+    if len(motion.tracks) > 1 and len(files) == 1 and not _endings(files[0], motion):
+        return Cast(bodies=(CastBody(str(files[0])),))
     found: dict[tuple[str, str], Path] = {}
     for file in files:
         role = _role_of(file, motion)
@@ -63,7 +67,7 @@ def cast_of(drawings: str | Path | Sequence[str | Path], motion: CartoonMotion) 
 
 def targets(cast: Cast, motion: CartoonMotion) -> list[Target]:
     """The characters of a cast, drawings read, keys in the motion's order."""
-    return [_target(part, cast, motion) for part in cast.parts]
+    return [*(_target(part, cast, motion) for part in cast.parts), *(_body(one, cast, motion) for one in cast.bodies)]
 
 
 def backdrop(cast: Cast) -> str | NDArray | Clip | None:
@@ -89,6 +93,29 @@ def _target(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
         target = _keyed(part, cast, motion.track(part.name), motion.keyset(part.name))
     pivot = None if part.pivot is None else np.array(part.pivot, float)
     return replace(target, height=part.height, pivot=pivot)
+
+
+def _body(told: CastBody, cast: Cast, motion: CartoonMotion) -> Body:
+    """One drawing for several parts, in one shape."""
+    file = cast.folder / told.drawing
+    kind = file.suffix.lower()
+    between, limbs = BETWEEN[told.between], {limb.name: _limb(limb) for limb in told.parts}
+    name, keys = told.drawing, (REST,)
+    if kind == ".svg":
+        apart = [limb.elements for limb in told.parts if limb.elements]
+        inner = read_drawing(name, keys, [file], between, apart)
+    elif kind in PICTURES:
+        inner = read_picture(name, keys, [file], [None], between, told.box)
+    elif kind in MODELS:
+        inner = read_mesh(name, keys, [file], (), told.plane, DEPTHS[told.depth])
+    else:
+        raise InputError(f"a body's drawing must be one of {', '.join(DRAWINGS)}, it is {told.drawing!r}: convert it")
+    return replace(body(inner, motion, limbs, told.seam, told.frame, told.turned), height=told.height)
+
+
+def _limb(told: CastLimb) -> Limb:
+    line, region = (np.array(points, float) if points else None for points in (told.line, told.region))
+    return Limb(line, region, None if told.pivot is None else np.array(told.pivot, float), told.elements)
 
 
 def _bent(part: CastPart, cast: Cast, motion: CartoonMotion) -> Target:
@@ -160,6 +187,23 @@ def _drawings_at(path: Path) -> list[Path]:
 
 def _role_of(file: Path, motion: CartoonMotion) -> tuple[str, str]:
     """The part and key a file's name ends in; the longest ending wins."""
+    endings = _names(motion)
+    fitting = _endings(file, motion)
+    if not fitting:
+        raise InputError(
+            f"a drawing's name must end in what it plays: {file.name} ends in none of {', '.join(endings)}; "
+            "rename it, or write a cast file"
+        )
+    return endings[max(fitting, key=len)]
+
+
+def _endings(file: Path, motion: CartoonMotion) -> list[str]:
+    stem = _plain(file.stem)
+    return [end for end in _names(motion) if f"_{stem}".endswith(f"_{_plain(end)}")]
+
+
+def _names(motion: CartoonMotion) -> dict[str, tuple[str, str]]:
+    """What a file's name may end in, and the part and key that it then plays."""
     endings = {}
     for track in motion.tracks:
         for key in track.keys:
@@ -168,14 +212,7 @@ def _role_of(file: Path, motion: CartoonMotion) -> tuple[str, str]:
                 endings[key] = (track.part, key)
         if len(track.keys) == 1:
             endings[track.part] = (track.part, track.keys[0])
-    stem = _plain(file.stem)
-    fitting = [end for end in endings if f"_{stem}".endswith(f"_{_plain(end)}")]
-    if not fitting:
-        raise InputError(
-            f"a drawing's name must end in what it plays: {file.name} ends in none of {', '.join(endings)}; "
-            "rename it, or write a cast file"
-        )
-    return endings[max(fitting, key=len)]
+    return endings
 
 
 def _plain(name: str) -> str:

@@ -2,6 +2,7 @@
 
     background = "white"                 # a colour, a picture or a clip; optional
     ground = true                        # feet stand where the source's feet stand; false leaves them as they come
+    follow = [[60, 400], [580, 360]]     # a path along the stage that the whole goes, from end to end; optional
 
     [[parts]]
     name = "frog"
@@ -9,6 +10,7 @@
                                          # one drawing bent along a captured line of action
     height = 1.0                         # times the source's height
     pivot = [120.0, 80.0]                # where it turns, in the first key's drawing; the source's without it
+    order = 3                            # higher is drawn later; in every frame the source's own without it
     box = [40, 20, 300, 280]             # x, y, width, height: cuts a photograph out of its background
 
     [[parts.keys]]
@@ -30,6 +32,35 @@ it, and it has these fields more:
 A part with a `drawing` of its own and no keys keeps its shape: only the captured affine map is lent to it.
 With keys, the part's `drawing` serves every key that names none; a picture that serves all of them and has no outlines
 is bent as the captured keys are.
+
+One drawing, photograph or model can play several parts, or all of them, and bend softly where they meet:
+
+    [[bodies]]
+    drawing = "figure.svg"
+    seam = 30.0                          # pixels of the stage over which it bends; as the slimmest part is wide without
+    height = 1.0
+    frame = 0                            # it is drawn in the source's pose of this frame; of its keys 0 without it
+    turned = true                        # its limbs are turned first to lie as the source's do, by their lines
+
+    [[bodies.parts]]                     # none of them: it plays all parts, and is divided as the source is
+    name = "near arm"
+    line = [[90, 120], [40, 210]]        # from its joint to its end, in the drawing; or for all parts
+    region = [[80, 110], [100, 120], ...]  # an outline round it, in the drawing
+    pivot = [90, 120]                    # where it turns, if there is no line; the source's without it
+    elements = ["arm", "hand"]           # ids in an SVG: elements and groups that are all this part, and cross others
+
+A body has between, box, plane, depth and order as a part has.  Its drawing is one, so it has no keys.
+
+What is to stay in a place says so, and all but the part can be left out:
+
+    [[keep]]
+    part = "shin"
+    frames = [12, 20]                    # first and last, from 0; while the source's is on the ground without them
+    point = [88.0, 301.0]                # in the first key's drawing; what is lowest without it
+    at = [320.0, 400.0]                  # where on the stage; where it has come to without it
+    bend = ["thigh", "shin"]             # the two parts that give way; the part and what it hangs on without it, the
+                                         # whole figure where that hangs on nothing, or with bend = []
+    stretch = 0.0                        # by what share of its length the leg may get longer, out of reach
 """
 
 import json
@@ -39,19 +70,13 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from capture.errors import InputError
 from capture.files import written_beside
-from capture.motion import keys
-from retarget.characters import lift
 from retarget.characters.backdrop import is_color
-from retarget.characters.meshfiles import MODELS
-from retarget.characters.target import REST
-
-BEND = "bend"
-BETWEEN = {"rigid": keys.rigid, "straight": keys.straight}
-DEPTHS = {"kept": lift.kept, "even": lift.even, "volume": lift.keeping_volume}
+from retarget.characters.castcheck import BEND as BEND
+from retarget.characters.castcheck import BETWEEN as BETWEEN
+from retarget.characters.castcheck import DEPTHS as DEPTHS
+from retarget.characters.castcheck import checked
 
 
 @dataclass(frozen=True)
@@ -82,6 +107,47 @@ class CastPart:
     depth: str = "kept"
     distance: float | None = None
     carried: bool = False
+    order: int | None = None
+
+
+@dataclass(frozen=True)
+class CastLimb:
+    """Where a part is on a body's one drawing."""
+
+    name: str
+    line: tuple[tuple[float, float], ...] = ()
+    region: tuple[tuple[float, float], ...] = ()
+    pivot: tuple[float, float] | None = None
+    elements: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class CastBody:
+    """One drawing that plays several parts; all of the motion's without any."""
+
+    drawing: str
+    parts: tuple[CastLimb, ...] = ()
+    between: str = "rigid"
+    height: float = 1.0
+    seam: float | None = None
+    frame: int | None = None
+    turned: bool = False
+    box: tuple[float, float, float, float] | None = None
+    plane: str | tuple[float, float, float] = "xy"
+    depth: str = "kept"
+    order: int | None = None
+
+
+@dataclass(frozen=True)
+class CastKeep:
+    """A point of a part that stays in a place."""
+
+    part: str
+    frames: tuple[int, int] | None = None
+    point: tuple[float, ...] = ()
+    at: tuple[float, float] | None = None
+    bend: tuple[str, ...] | None = None
+    stretch: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -92,6 +158,9 @@ class Cast:
     background: str = ""
     folder: Path = field(default=Path(), compare=False)
     ground: bool = True
+    follow: tuple[tuple[float, float], ...] = ()
+    keep: tuple[CastKeep, ...] = ()
+    bodies: tuple[CastBody, ...] = ()
 
 
 def read_cast(path: str | Path) -> Cast:
@@ -108,7 +177,7 @@ def read_cast(path: str | Path) -> Cast:
         raise InputError(f"{path} must be a *.cast.toml that names parts and drawings: {error}") from None
     try:
         _refuse_unknown(stored)
-        return _checked(replace(cast, folder=path.parent))
+        return checked(replace(cast, folder=path.parent))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -121,6 +190,8 @@ def write_cast(cast: Cast, path: str | Path) -> None:
         lines += [f"background = {_text(named)}", ""]
     if not cast.ground:
         lines += ["ground = false", ""]
+    if cast.follow:
+        lines += [f"follow = [{', '.join(map(_numbers, cast.follow))}]", ""]
     for part in cast.parts:
         lines += ["[[parts]]", f"name = {_text(part.name)}"]
         if part.drawing:
@@ -138,6 +209,8 @@ def write_cast(cast: Cast, path: str | Path) -> None:
             lines.append(f"distance = {float(part.distance)!r}")
         if part.carried:
             lines.append("carried = true")
+        if part.order is not None:
+            lines.append(f"order = {part.order}")
         for key in part.keys:
             lines += ["", "[[parts.keys]]", f"name = {_text(key.name)}"]
             if key.drawing:
@@ -153,50 +226,54 @@ def write_cast(cast: Cast, path: str | Path) -> None:
                 turns = (f"{_text(name)} = {_numbers(turn)}" for name, turn in key.joints.items())
                 lines.append(f"joints = {{ {', '.join(turns)} }}")
         lines.append("")
+    for body in cast.bodies:
+        lines += _body_lines(body, _from(path, cast, body.drawing))
+    for keep in cast.keep:
+        lines += _keep_lines(keep)
     with written_beside(path) as temporary:
         Path(temporary).write_text("\n".join(lines), encoding="utf-8")
 
 
-def _checked(cast: Cast) -> Cast:
-    for part in cast.parts:
-        if part.between not in (*BETWEEN, BEND):
-            known = ", ".join((*BETWEEN, BEND))
-            raise InputError(f"part {part.name!r}: between must be one of {known}, it is {part.between!r}")
-        if part.depth not in DEPTHS:
-            raise InputError(f"part {part.name!r}: depth must be one of {', '.join(DEPTHS)}, it is {part.depth!r}")
-        _check_space(part)
-        if not 0 < part.height < np.inf:
-            raise InputError(f"part {part.name!r}: height must be above 0, times the source's, it is {part.height}")
-        for key in part.keys or (CastKey(REST),):
-            if not (key.drawing or part.drawing):
-                whose = f"key {key.name!r} of part {part.name!r}" if part.keys else f"part {part.name!r}"
-                raise InputError(f'{whose} must have a drawing, it has none: add drawing = "file.svg"')
-    return cast
+def _keep_lines(keep: CastKeep) -> list[str]:
+    lines = ["[[keep]]", f"part = {_text(keep.part)}"]
+    if keep.frames is not None:
+        lines.append(f"frames = [{keep.frames[0]}, {keep.frames[1]}]")
+    lines += [f"{name} = {_numbers(place)}" for name, place in (("point", keep.point), ("at", keep.at)) if place]
+    if keep.bend is not None:
+        lines.append(f"bend = [{', '.join(map(_text, keep.bend))}]")
+    return [*lines, f"stretch = {float(keep.stretch)!r}", ""]
 
 
-def _check_space(part: CastPart) -> None:
-    """Fields that only a model has, and a pivot of as many numbers as the drawing has directions."""
-    files = [key.drawing or part.drawing for key in part.keys] or [part.drawing]
-    solid = any(Path(file).suffix.lower() in (*MODELS, ".bvh") for file in files)
-    if part.pivot is not None and len(part.pivot) != (3 if solid else 2):
-        wanted = "[x, y, z] in a model" if solid else "[x, y] in a drawing"
-        raise InputError(f"part {part.name!r}: pivot must be {wanted}, it is {_numbers(part.pivot)}")
-    if part.carried and (not solid or part.keys):
-        raise InputError(
-            f"part {part.name!r}: carried is for a model without keys: give the part one model as its drawing"
-        )
-    if not solid and (part.plane != "xy" or part.depth != "kept" or part.distance is not None):
-        raise InputError(
-            f"part {part.name!r}: plane, depth and distance are for models, its drawing is none: leave them"
-        )
-    if part.distance is not None and not 1 < part.distance < np.inf:
-        raise InputError(f"part {part.name!r}: distance must be above 1, times the model's size, it is {part.distance}")
-    lift.view(part.plane)  # refuses a plane that is none
+def _body_lines(body: CastBody, drawing: str) -> list[str]:
+    lines = ["[[bodies]]", f"drawing = {_text(drawing)}"]
+    for one in fields(CastBody):
+        value = getattr(body, one.name)
+        if one.name not in ("drawing", "parts") and value != one.default:
+            lines.append(f"{one.name} = {_value(value)}")
+    for limb in body.parts:
+        lines += ["", "[[bodies.parts]]", f"name = {_text(limb.name)}"]
+        lines += [f"line = [{', '.join(map(_numbers, limb.line))}]"] if limb.line else []
+        lines += [f"region = [{', '.join(map(_numbers, limb.region))}]"] if limb.region else []
+        lines += [f"pivot = {_numbers(limb.pivot)}"] if limb.pivot is not None else []
+        lines += [f"elements = [{', '.join(map(_text, limb.elements))}]"] if limb.elements else []
+    return [*lines, ""]
+
+
+def _value(value: str | bool | int | float | Sequence[float]) -> str:
+    """A plain value as TOML has it."""
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value) if isinstance(value, (int, float)) else _numbers(value)
 
 
 def _refuse_unknown(stored: dict[str, Any]) -> None:
     """Fields that are none are typing slips and would be passed over silently."""
-    levels = [(Cast, stored)]
+    keeps = stored.get("keep", [])
+    levels = [(Cast, stored), *((CastKeep, keep) for keep in keeps if isinstance(keeps, list))]
+    for body in stored.get("bodies", []):
+        levels += [(CastBody, body), *((CastLimb, limb) for limb in body.get("parts", []))]
     parts = stored.get("parts", [])
     for part in parts if isinstance(parts, list) else []:
         levels.append((CastPart, part))

@@ -5,6 +5,7 @@ of; it carries the drawing's control points, and what it leaves over in a key is
 with weight 1 on a key redraws that key exactly.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -37,6 +38,7 @@ class Drawing:
     height: float = 1.0
     pivot: NDArray | None = None
     joints: tuple[limbs.Joint, ...] = ()  # where limbs with a mesh of their own hang on the others
+    notes: tuple[str, ...] = ()  # what a user should be told
 
     def shapes(self, rows: NDArray) -> NDArray:
         """Mesh and control points (D, N + P, 2) for rows (D, 3); leftovers go straight from key to key."""
@@ -70,11 +72,32 @@ class Drawing:
 
 
 def read_drawing(
-    part: str, names: tuple[str, ...], files: list[str | Path], between: Inbetweener = keys.rigid
+    part: str,
+    names: tuple[str, ...],
+    files: list[str | Path],
+    between: Inbetweener = keys.rigid,
+    apart: Sequence[Sequence[str]] = (),
 ) -> Drawing:
-    """A character from one SVG file for every key; the files must hold the same elements and commands."""
-    versions = [read_svg(file)[0] for file in files]
-    return drawing(part, names, versions, between, [str(file) for file in files])
+    """A character from one SVG file for every key; the files must hold the same elements and commands.
+
+    Elements or groups named by their ids to be `apart` have a mesh for each naming, as limbs do that cross others.
+    """
+    read = {file: read_svg(file) for file in dict.fromkeys(files)}
+    versions = [read[file][0] for file in files]
+    groups = [tuple(numbered(versions[0], ids, str(files[0]))) for ids in apart]
+    character = drawing(part, names, versions, between, [str(file) for file in files], groups)
+    return replace(character, notes=tuple(f"{file}: {note}" for file, (_, notes) in read.items() for note in notes))
+
+
+def numbered(drawn: list[DrawnPath], ids: Sequence[str], file: str) -> list[int]:
+    """The numbers of the elements that have one of these ids, or lie in a group that has; an unknown id is refused."""
+    for one in ids:
+        if not any(one in path.within for path in drawn):
+            known = sorted({name for path in drawn for name in path.within})
+            raise InputError(
+                f"{file} must have an element or group {one!r}, it has ids {', '.join(known) or 'nowhere'}"
+            )
+    return [number for number, path in enumerate(drawn) if set(ids) & set(path.within)]
 
 
 def drawing(
@@ -83,13 +106,17 @@ def drawing(
     versions: list[list[DrawnPath]],
     between: Inbetweener = keys.rigid,
     files: list[str] | None = None,
+    groups: list[tuple[int, ...]] | None = None,
 ) -> Drawing:
-    """A character from its drawn paths in each of K keys; control points correspond by their order."""
+    """A character from its drawn paths in each of K keys; control points correspond by their order.
+
+    Each of the `groups` of elements, told by their numbers, has a mesh of its own.
+    """
     _check_alike(versions, files or list(names))
     whole = silhouette_of(versions[0])
     step = np.sqrt(whole.area) / FACES_ACROSS
     elements = [_evenly(of_keys, step) for of_keys in zip(*versions, strict=True)]  # per path its K versions
-    found = limbs.limbs(elements, step)
+    found = limbs.grouped(elements, groups, step) if groups else limbs.limbs(elements, step)
     drawn, faces, outline, joints = limbs.joined(found)
     aligned, removed = keys.align(drawn, outline)
     keyset = KeySet(tuple(names), aligned, faces, outline, keys.inbetween_rows(len(names)), removed)

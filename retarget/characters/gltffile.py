@@ -23,6 +23,12 @@ COUNTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "M
 UNDERSTOOD = {"KHR_materials_unlit", "KHR_mesh_quantization", "KHR_texture_transform", "KHR_lights_punctual"}
 """Extensions a file may require and still be read; the surface is what is looked at here, not how it shines."""
 
+DAMAGE = (LookupError, TypeError, ValueError, AttributeError, RecursionError, struct.error)
+"""What reading runs into where a file is cut short, or holds other things than it should."""
+
+MOST = 20_000_000
+"""Numbers of an array that no bytes stand behind: a slip there would fill the memory."""
+
 
 @dataclass(frozen=True, eq=False)
 class GltfFile:
@@ -42,8 +48,10 @@ class GltfFile:
         kind, columns, count = np.dtype(TYPES[told["componentType"]]), COUNTS[told["type"]], told["count"]
         if "bufferView" in told:
             values = self._strided(told["bufferView"], told.get("byteOffset", 0), kind, columns, count)
-        else:
+        elif 0 <= count * columns <= MOST:
             values = np.zeros((count, columns), kind)
+        else:
+            raise ValueError(f"an array of {count} places without content")
         if "sparse" in told:
             sparse, values = told["sparse"], values.copy()
             at, new = sparse["indices"], sparse["values"]
@@ -52,6 +60,8 @@ class GltfFile:
             values[index] = self._strided(new["bufferView"], new.get("byteOffset", 0), kind, columns, sparse["count"])
         if told.get("normalized") and kind.kind in "iu":
             values = np.maximum(values.astype(float) / np.iinfo(kind).max, -1.0)
+        if not np.isfinite(values).all():
+            raise InputError(f"{self.path}: its numbers must be finite, it holds NaN or infinity: export it again")
         return values[:, 0] if columns == 1 else values
 
     def picture(self, texture: int) -> NDArray:
@@ -93,13 +103,18 @@ def open_gltf(path: str | Path) -> GltfFile:
     """Open a *.gltf or *.glb file with the buffers beside it."""
     path = Path(path)
     try:
-        whole = path.read_bytes()
-        content, binary = _chunks(whole) if whole[:4] == b"glTF" else (json.loads(whole), None)
-        version = str(content["asset"]["version"])
+        return _opened(path, path.read_bytes())
     except FileNotFoundError:
         raise InputError(f"a model must be a file that exists: there is no {path}") from None
-    except (OSError, ValueError, LookupError, TypeError, struct.error) as error:
+    except InputError:
+        raise
+    except (OSError, *DAMAGE) as error:
         raise InputError(f"{path} must be a glTF 2.0 file, it cannot be read: {error!r}") from None
+
+
+def _opened(path: Path, whole: bytes) -> GltfFile:
+    content, binary = _chunks(whole) if whole[:4] == b"glTF" else (json.loads(whole), None)
+    version = str(content["asset"]["version"])
     if not version.startswith("2"):
         raise InputError(f"{path} must be glTF of version 2, it is of version {version}: export it again")
     unknown = sorted(set(content.get("extensionsRequired", ())) - UNDERSTOOD)

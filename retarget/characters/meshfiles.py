@@ -12,9 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from retarget.characters.gltffile import GltfFile, open_gltf
+from retarget.characters.gltffile import DAMAGE, GltfFile, open_gltf
 
 MODELS = (".glb", ".gltf", ".obj", ".ply")
+
+FARTHEST = 1e12
+"""Units from a model's origin, beyond which a number is a slip, and arithmetic goes wrong."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +61,11 @@ def read_model(path: str | Path) -> Model:
             f"{path}: faces must number points that are there, 1 to {len(model.points)}, one names point "
             f"{model.faces.max() + 1}: export it again"
         )
-    if not np.isfinite(model.points).all():
-        raise InputError(f"{path}: points must be finite numbers, it holds NaN or infinity: export it again")
+    held = (model.points, model.uv, *(() if model.colors is None else (model.colors,)), *model.morphs.values())
+    if not all((np.abs(numbers) < FARTHEST).all() for numbers in held):
+        raise InputError(
+            f"{path}: points must be finite numbers below {FARTHEST:g}, it holds NaN, infinity or more: export it again"
+        )
     return model
 
 
@@ -67,7 +73,9 @@ def _read_gltf(path: Path) -> Model:
     file = open_gltf(path)
     try:
         return _gltf_model(file)
-    except (LookupError, TypeError, ValueError) as error:
+    except InputError:
+        raise
+    except DAMAGE as error:
         raise InputError(
             f"{path}: something in the glTF file is missing or wrong ({error!r}): export it again"
         ) from None

@@ -29,18 +29,20 @@ def read_obj(path: Path) -> Model:
         word, *rest = line.split() or [""]
         try:
             if word == "v":
-                places.append([float(number) for number in rest[:3] + rest[3:6] * (len(rest) >= 6)])
+                x, y, z, *more = map(float, rest)
+                places.append([x, y, z, *more[:3]] if len(more) >= 3 else [x, y, z])
             elif word == "vt":
-                texture_places.append([float(number) for number in (*rest, 0.0)[:2]])
+                u, v = (*map(float, rest), 0.0)[:2]
+                texture_places.append([u, v])
             elif word == "f":
                 corners = [_corner(text, len(places), len(texture_places)) for text in rest]
                 ring = [numbers.setdefault(corner, len(numbers)) for corner in corners]
                 faces += [(ring[0], b, c) for b, c in pairwise(ring[1:])]
                 surface += [len(used) - 1] * max(len(ring) - 2, 0)
         except (ValueError, IndexError) as error:
-            raise InputError(f"{path}: line {count} must be OBJ, {line!r} is not: {error}; export it again") from None
+            raise _no_line(path, count, "OBJ", line, error) from None
         if word == "mtllib":
-            materials |= _read_mtl(beside(path, line.split(None, 1)[1].strip()))
+            materials |= _read_mtl(beside(path, line.removeprefix(word).strip()))
         elif word == "usemtl":
             used.append(" ".join(rest))
     if not faces:
@@ -99,20 +101,27 @@ def _counted(text: str, count: int) -> int:
     return found
 
 
+def _no_line(path: Path, count: int, kind: str, line: str, error: Exception) -> InputError:
+    return InputError(f"{path}: line {count} must be {kind}, {line!r:.80} is not: {error}; export it again")
+
+
 def _read_mtl(path: Path) -> dict[str, Material]:
     """The materials of a *.mtl: colour, opacity, and a picture that must lie beside it."""
     materials: dict[str, Material] = {}
     name, color, alpha, texture = "", [0.8, 0.8, 0.8], 1.0, None
-    for line in [*_lines(path), "newmtl"]:
+    for count, line in enumerate([*_lines(path), "newmtl"], 1):
         word, *rest = line.split() or [""]
+        try:
+            if word == "Kd" and len(rest) >= 3:
+                color = [float(number) for number in rest[:3]]
+            elif word in ("d", "Tr") and rest:
+                alpha = float(rest[-1]) if word == "d" else 1 - float(rest[-1])
+        except ValueError as error:
+            raise _no_line(path, count, "MTL", line, error) from None
         if word == "newmtl":
             if name:
                 materials[name] = _look(color, alpha, texture)
             name, color, alpha, texture = " ".join(rest), [0.8, 0.8, 0.8], 1.0, None
-        elif word == "Kd" and len(rest) >= 3:
-            color = [float(number) for number in rest[:3]]
-        elif word in ("d", "Tr") and rest:
-            alpha = float(rest[-1]) if word == "d" else 1 - float(rest[-1])
         elif word == "map_Kd" and rest:
             named = (
                 rest[-1] if rest[0].startswith("-") else line.split(None, 1)[1]

@@ -44,6 +44,7 @@ class DrawnPath:
     dashes: tuple[float, ...] = ()  # lengths on, off, on, ...
     evenodd: bool = False
     opacity: float = 1.0
+    within: tuple[str, ...] = ()  # its own id and those of the groups it lies in, as the file has them
 
 
 def pieces(path: DrawnPath) -> NDArray:
@@ -157,7 +158,8 @@ def painted(path: DrawnPath) -> object:
     lines = flatten(path)
     parts = []
     if path.fill is not None:
-        parts += [shapely.make_valid(shapely.Polygon(line)) for line in lines if len(line) > 3]
+        rings = [shapely.Polygon(line) for line in lines if len(line) > 3]  # a scribble crosses itself a thousand times
+        parts += [shapely.make_valid(ring, method="structure", keep_collapsed=False) for ring in rings]
     if path.stroke is not None:
         caps, joins = {"butt": "flat"}, {"miter": "mitre"}
         parts += [
@@ -170,4 +172,5 @@ def painted(path: DrawnPath) -> object:
             for line in lines
             if np.ptp(line, axis=0).max() > 0
         ]
-    return shapely.union_all([part for part in parts if part.area > 0])
+    whole = [shapely.make_valid(part) for part in parts if part.area > 0]  # a mitred line may cross itself
+    return shapely.union_all([part for part in whole if part.area > 0])

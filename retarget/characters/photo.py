@@ -6,6 +6,7 @@ read   ->   cut_out (by a box)   ->   outline   ->   carried (its keys, bent as 
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from capture.motion.keys import KeySet
 
 LARGEST = 8_000_000  # pixels of a picture that are kept; no page shows more of a character
 CUT_AT = 700  # pixels of the longer edge at which a photograph is cut out: what belongs together shows there, quickly
+ORIENTATION = 0x0112  # EXIF: which way up a camera was held; 5 to 8 lie on their side
 SOFT = 1.0  # pixels of that size: how soft the cut is
 
 
@@ -46,17 +48,16 @@ def read_photo(path: str | Path) -> Photo:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # large is what photographs are
             with Image.open(path) as image:
-                size = image.size
-                if image.getexif().get(0x0112, 1) in (5, 6, 7, 8):  # lies on its side
-                    size = size[::-1]
+                lies = image.getexif().get(ORIENTATION, 1)
+                size = image.size if lies < 5 else image.size[::-1]
                 times = int(np.ceil(np.sqrt(size[0] * size[1] / LARGEST)))
                 if times > 1:
                     image.draft("RGB", (image.width // times, image.height // times))  # a JPEG can be read smaller
                 left = int(np.ceil(np.sqrt(image.width * image.height / LARGEST)))
-                upright = ImageOps.exif_transpose(
-                    image if image.mode in ("RGB", "RGBA", "L") else image.convert("RGBA")
-                )
-                pixels = np.array((upright.reduce(left) if left > 1 else upright).convert("RGBA"))
+                small = _eight_bits(image)
+                small = small.reduce(left) if left > 1 else small  # before anything else copies it
+                small.getexif()[ORIENTATION] = lies
+                pixels = np.array(ImageOps.exif_transpose(small).convert("RGBA"))
     except FileNotFoundError:
         raise InputError(f"a picture must be a file that exists: there is no {path}") from None
     except (OSError, UnidentifiedImageError, ValueError) as error:
@@ -69,6 +70,18 @@ def read_photo(path: str | Path) -> Photo:
     large = size[0] * size[1] / 1e6
     note = f"{path}: {size[0]} x {size[1]} pixels ({large:.0f} megapixels) are scaled down to {width} x {height}"
     return Photo(pixels, size, (note,))
+
+
+def _eight_bits(image: Any) -> Any:
+    """A Pillow image in grey or colours of 8 bits, with alpha where it has some."""
+    from PIL import Image
+
+    if image.mode in ("RGB", "RGBA", "L") and "transparency" not in image.info:
+        return image
+    if image.mode.startswith("I"):  # 16 bits: Pillow's own conversion cuts off what is brighter than 255
+        deep = np.clip(np.asarray(image), 0, 65535).astype(np.uint32)
+        return Image.fromarray(((deep * 255 + 32767) // 65535).astype(np.uint8))
+    return image.convert("RGBA")
 
 
 def cut_out(photo: Photo, box: tuple[float, float, float, float], name: str = "the photograph") -> Photo:
@@ -87,7 +100,7 @@ def cut_out(photo: Photo, box: tuple[float, float, float, float], name: str = "t
     picture = cv2.resize(photo.pixels[..., :3], size, interpolation=cv2.INTER_AREA)
     corners = np.array([box[:2], np.add(box[:2], box[2:])]) * size / photo.size
     low, high = corners
-    if min(box[2:]) <= 0 or (low < -0.5).any() or (high > np.array(size) + 0.5).any():
+    if not (min(box[2:]) > 0 and (low >= -0.5).all() and (high <= np.array(size) + 0.5).all()):  # NaN is in no picture
         raise InputError(
             f"{name}: a box (x, y, width, height) must lie inside the {photo.size[0]} x {photo.size[1]} picture, got "
             f"({', '.join(f'{edge:g}' for edge in box)}): draw it round what is to be cut out"

@@ -95,6 +95,8 @@ def read_picture(
     photos = {path: read_photo(path) for path in dict.fromkeys(paths)}
     if box is not None:
         photos = {path: cut_out(photo, box, str(path)) for path, photo in photos.items()}
+    for path, outline in zip(paths, outlines, strict=True):
+        _check_on_it(path, outline, photos[path].size)
     first = photos[paths[0]]
     carries = len(photos) == 1 and source is not None and all(outline is None for outline in outlines[1:])
     if outlines[0] is None and (len(names) == 1 or carries):
@@ -116,6 +118,18 @@ def read_picture(
     layers = [Layer(sizes[path], drawn[k], photos[path].size) for k, path in enumerate(paths)]
     notes = tuple(note for photo in photos.values() for note in photo.notes)
     return Picture(part, keyset, box_seen, tuple(layers if len(photos) > 1 else layers[:1]), between, notes=notes)
+
+
+def _check_on_it(path: Path, outline: NDArray | None, size: tuple[int, int]) -> None:
+    """Refuse an outline that no part of the picture lies in: nothing would be seen."""
+    if outline is None or not len(outline):
+        return
+    low, high = np.min(outline, axis=0), np.max(outline, axis=0)
+    if (high < -0.5).any() or (low > np.array(size) - 0.5).any():
+        raise InputError(
+            f"{path}: an outline must lie on its picture of {size[0]} x {size[1]} pixels, it reaches from "
+            f"({low[0]:g}, {low[1]:g}) to ({high[0]:g}, {high[1]:g}): give it in the picture's own pixels"
+        )
 
 
 def _corresponding(part: str, names: tuple[str, ...], outlines: list[NDArray | None]) -> NDArray:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine
 from mocap import skeleton
-from retarget.characters.gltffile import GltfFile, open_gltf
+from retarget.characters.gltffile import DAMAGE, GltfFile, open_gltf
 from retarget.characters.meshfiles import own_place, placed
 
 
@@ -87,7 +87,9 @@ def read_skin(path: str | Path) -> Skin | None:
         return None
     try:
         return _skin(file)
-    except (LookupError, TypeError, ValueError) as error:
+    except InputError:
+        raise
+    except DAMAGE as error:
         raise InputError(f"{path}: the skin in the file is missing something ({error!r}): export it again") from None
 
 

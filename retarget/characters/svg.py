@@ -2,6 +2,7 @@
 
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -12,90 +13,75 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine
 from retarget.characters.paths import DrawnPath, Gradient, Paint
+from retarget.characters.svgfile import XLINK, open_svg, style, tag
 
 ARC_CURVES = 4
 """Every arc becomes this many curves, whatever its sweep, so that the arcs of all keys correspond."""
 
-_LEFT_OUT = ("text", "image", "mask", "marker", "foreignObject", "pattern", "filter", "flowRoot")
-_XLINK = "{http://www.w3.org/1999/xlink}href"
+FARTHEST = 1e9
+"""Pixels from the page's corner, beyond which a shape is a slip, and arithmetic goes wrong."""
 
 
-def read_svg(path: str | Path) -> tuple[list[DrawnPath], list[str]]:
-    """The painted elements of an SVG file, back to front, and notes on what could not be drawn.
+def read_svg(path: str | Path, group: str = "") -> tuple[list[DrawnPath], list[str]]:
+    """The painted elements of an SVG file, or of its element with an id, back to front, and what could not be drawn.
 
     Groups, transforms, `use`, the viewBox and style sheets are resolved; one unit is one pixel of the
     file's own size.  A group's opacity is given to its members.
     """
-    from svgelements import SVG
-
     path = Path(path)
-    root = _parse(path)
+    root, notes = open_svg(path)
     gradients = {
-        element.get("id"): element for element in root.iter() if _tag(element) in ("linearGradient", "radialGradient")
+        element.get("id"): element for element in root.iter() if tag(element) in ("linearGradient", "radialGradient")
     }
-    notes = _leave_out(root)
-    clean = io.BytesIO(ElementTree.tostring(root))
-    try:
-        document = SVG.parse(clean, reify=False, ppi=96, color="black")
-    except Exception as error:  # the parser raises whatever its guess ran into
-        raise InputError(f"{path} must be an SVG drawing, it cannot be understood: {error!r}") from None
+    document = _understood(root, path)
     drawn = []
-    _walk(document, 1.0, gradients, drawn, notes)
+    painted = [one for one in document.elements() if one.id == group] if group else document
+    try:
+        _walk(painted, 1.0, gradients, drawn, notes)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    if not drawn and group:
+        raise InputError(f"{path} must paint something in an element with the id {group!r}, it does not: name it so")
     if not drawn:
         raise InputError(f"{path} must hold at least one shape with a fill or a stroke, there is none: draw one")
     return drawn, sorted(set(notes))
 
 
-def _parse(path: Path) -> ElementTree.Element:
+def read_page(path: str | Path) -> tuple[tuple[float, float], list[str]]:
+    """An SVG file's own width and height in pixels, and the ids of its outermost groups."""
+    root, _ = open_svg(Path(path))
+    document = _understood(root, Path(path))
+    names = [child.get("id", "") for child in root if tag(child) == "g"]
+    return (float(document.width or 0), float(document.height or 0)), [name for name in names if name]
+
+
+def _understood(root: ElementTree.Element, path: Path) -> Any:
+    from svgelements import SVG
+
     try:
-        root = ElementTree.fromstring(path.read_bytes())
-    except OSError as error:
-        raise InputError(f"a drawing must be a file that can be read: {path} ({error.strerror})") from None
-    except (ElementTree.ParseError, ValueError) as error:
-        raise InputError(f"{path} must be an SVG drawing, it is not well-formed: {error}") from None
-    if _tag(root) != "svg":
-        raise InputError(f"{path} must be an SVG drawing, its first element is <{_tag(root)}>")
-    return root
+        document = SVG.parse(io.BytesIO(ElementTree.tostring(root)), reify=False, ppi=96, color="black")
+    except Exception as error:  # the parser raises whatever its guess ran into
+        raise InputError(f"{path} must be an SVG drawing, it cannot be understood: {error!r}") from None
+    if not isinstance(document, SVG):
+        raise InputError(f'{path} must be an SVG drawing, with xmlns="http://www.w3.org/2000/svg": export it again')
+    return document
 
 
-def _tag(element: ElementTree.Element) -> str:
-    return str(element.tag).rsplit("}", 1)[-1]
-
-
-def _leave_out(root: ElementTree.Element) -> list[str]:
-    """Take what cannot be drawn out of the tree and say what it was."""
-    notes = []
-    for parent in root.iter():
-        for child in list(parent):
-            if _tag(child) in _LEFT_OUT:
-                parent.remove(child)
-                if _tag(child) not in ("pattern", "filter", "marker", "mask"):  # noted where they are used
-                    notes.append(f"<{_tag(child)}> is not drawn")
-    for element in root.iter():
-        for name in ("clip-path", "mask", "filter", "marker-end", "marker-start", "marker-mid"):
-            value = element.get(name) or _style(element).get(name)
-            if value and value != "none":
-                notes.append(f"{name} is left out")
-    return notes
-
-
-def _style(element: ElementTree.Element) -> dict[str, str]:
-    pairs = [item.split(":", 1) for item in (element.get("style") or "").split(";") if ":" in item]
-    return {name.strip(): value.strip() for name, value in pairs}
-
-
-def _walk(group: Any, opacity: float, gradients: dict, drawn: list[DrawnPath], notes: list[str]) -> None:
+def _walk(
+    group: Any, opacity: float, gradients: dict, drawn: list[DrawnPath], notes: list[str], within: tuple[str, ...] = ()
+) -> None:
     from svgelements import Shape
 
     for element in group:
         own = getattr(element, "values", {}).get("attributes", {})
         seen = opacity * _number(own.get("opacity"), 1.0)
+        inside = (*within, str(own["id"])) if own.get("id") else within
         if isinstance(element, Shape):
             path = _drawn(element, seen, f"<{own.get('tag', 'path')}> {len(drawn) + 1}", gradients, notes)
             if path is not None:
-                drawn.append(path)
+                drawn.append(replace(path, within=inside))
         elif isinstance(element, list):
-            _walk(element, seen, gradients, drawn, notes)
+            _walk(element, seen, gradients, drawn, notes, inside)
 
 
 def _drawn(shape: Any, opacity: float, name: str, gradients: dict, notes: list[str]) -> DrawnPath | None:
@@ -108,6 +94,8 @@ def _drawn(shape: Any, opacity: float, name: str, gradients: dict, notes: list[s
     commands, points, starts, closed = outline
     matrix = shape.transform
     place = np.array([[matrix.a, matrix.c, matrix.e], [matrix.b, matrix.d, matrix.f]], float)
+    if not (np.abs(points).max() < FARTHEST and np.abs(place).max() < FARTHEST):
+        raise InputError(f"its element {name} must lie within {FARTHEST:g} pixels, it lies beyond: draw it on the page")
     scale = float(np.sqrt(abs(np.linalg.det(place[:, :2]))))
     if values.get("vector-effect") == "non-scaling-stroke":
         scale = 1.0
@@ -206,6 +194,10 @@ def _paint(
     if link:
         text = link[2] or "none"
         notes.append(f"{which} #{link[1]} is left out")
+    elif text.startswith("url("):
+        address, _, text = text.partition(")")
+        notes.append(f"{address[4:].strip():.60} is left out: nothing outside the drawing is fetched")
+        text = text.strip() or "none"
     return _color(text, opacity)
 
 
@@ -231,7 +223,7 @@ def _gradient(
     from svgelements import Matrix
 
     chain = [element]
-    while (link := chain[-1].get(_XLINK) or chain[-1].get("href")) and link[1:] in gradients:
+    while (link := chain[-1].get(XLINK) or chain[-1].get("href")) and link[1:] in gradients:
         if gradients[link[1:]] in chain:
             break
         chain.append(gradients[link[1:]])
@@ -239,7 +231,7 @@ def _gradient(
     def get(name: str, default: str) -> str:
         return next((one.get(name) for one in chain if one.get(name) is not None), default)
 
-    stops = next((found for one in chain if (found := [s for s in one if _tag(s) == "stop"])), [])
+    stops = next((found for one in chain if (found := [s for s in one if tag(s) == "stop"])), [])
     if not stops:
         return None
     offsets = np.maximum.accumulate(np.clip([_number(stop.get("offset"), 0.0) for stop in stops], 0, 1))
@@ -255,7 +247,7 @@ def _gradient(
     own = Matrix(get("gradientTransform", ""))
     place = affine.compose(place, np.array([[own.a, own.c, own.e], [own.b, own.d, own.f]], float))
     focus = None
-    if _tag(element) == "linearGradient":
+    if tag(element) == "linearGradient":
         x1, y1, x2, y2 = (
             _number(get(name, "100%" if name == "x2" else "0%"), 0.0) for name in ("x1", "y1", "x2", "y2")
         )
@@ -275,9 +267,9 @@ def _gradient(
 
 
 def _stop_color(stop: Any, opacity: float) -> NDArray:
-    style = _style(stop)
-    color = style.get("stop-color", stop.get("stop-color", "black"))
-    alpha = _number(style.get("stop-opacity", stop.get("stop-opacity")), 1.0) * opacity
+    own = style(stop)
+    color = own.get("stop-color", stop.get("stop-color", "black"))
+    alpha = _number(own.get("stop-opacity", stop.get("stop-opacity")), 1.0) * opacity
     found = _color(color, 1.0)
     return np.zeros(4) if found is None else found * [1, 1, 1, alpha]
 

@@ -35,3 +35,8 @@ class Target(Protocol):
         `weights` (K,) are folded onto keys; `scale` is stage pixels for one of its own units.
         """
         ...
+
+
+def parts_of(target: Target) -> tuple[str, ...]:
+    """The parts a target plays: its own, or several where it is one body (`body`)."""
+    return getattr(target, "parts", (target.part,))

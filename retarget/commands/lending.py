@@ -35,7 +35,7 @@ def retarget(
         A *.cast.toml that says which drawing plays which key of which part.
     drawing
         Instead of a cast: SVG or PNG files whose names end in the key's name, or a folder of them; or one photograph or
-        one 3-D model (GLB, glTF, OBJ, PLY) that plays all keys.
+        one 3-D model (GLB, glTF, OBJ, PLY) that plays all keys; or one of them for all parts, drawn in their pose.
     background
         A colour, a picture or a clip behind the character; transparent if not given, white in an mp4.  A clip runs at
         its own rate.
@@ -64,8 +64,10 @@ def retarget(
     from retarget.characters import cast as casting
     from retarget.characters import castfile
     from retarget.characters.backdrop import read_background
+    from retarget.characters.target import parts_of
     from retarget.export import formats
-    from retarget.stage import composite, draw2d, plate, staging
+    from retarget.stage import composite, draw2d, plate
+    from retarget.stage.direct import direct
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
@@ -85,18 +87,19 @@ def retarget(
     else:
         chosen = castfile.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
     if box is not None:
-        chosen = replace(chosen, parts=tuple(replace(part, box=box) for part in chosen.parts))
+        parts, bodies = (tuple(replace(one, box=box) for one in ones) for ones in (chosen.parts, chosen.bodies))
+        chosen = replace(chosen, parts=parts, bodies=bodies)
     with working("learning the drawings"):
         actors = casting.targets(chosen, captured)
-        performance = perform(captured, actors)
-        performance = staging.stand(performance, captured) if chosen.ground else performance
+        performance, slid = direct(perform(captured, actors), chosen, captured)
     tell(note for actor in actors for note in getattr(actor, "notes", ()))
-    parts = ", ".join(part.name for part in chosen.parts)
+    parts = ", ".join(part for actor in actors for part in parts_of(actor))
+    feet = f"; {slid}" if slid is not None and max(slid.before, slid.after) >= 0.05 else ""
     said = f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new"
-    if bodies := formats.bodies(out):
+    if write := formats.bodies(out):
         with working("meshing the drawings"):
-            bodies(performance, out)
-        return f"{said} bodies play {parts}"
+            write(performance, out)
+        return f"{said} bodies play {parts}{feet}"
     drawings = formats.drawings(out)
     if drawings and (into is not None or any((soften, match, shadow))):
         raise InputError(
@@ -123,7 +126,7 @@ def retarget(
                 )
             with working("writing the drawings"):
                 drawings(performance, out, size, behind)
-            return f"{said} drawings play {parts}"
+            return f"{said} drawings play {parts}{feet}"
         if blend == composite.Blend():
             frames = draw2d.draw_frames(performance, behind, size)
         elif behind is None:
@@ -131,4 +134,4 @@ def retarget(
         else:
             frames = composite.over(performance, behind, size, blend)
     write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
-    return f"{said} drawings play {parts}"
+    return f"{said} drawings play {parts}{feet}"

@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from capture.errors import InputError
 from capture.files import written_beside
 from retarget.characters.paths import DrawnPath, Gradient, Paint
 from retarget.export import lottie
-from retarget.export.elements import Element, Layer, Page, kept, page_of
+from retarget.export.elements import Element, Layer, Page, kept, page_of, refused
 from retarget.stage.perform import Performance
 
 Curve = dict[str, list[Any]]  # "t" seconds and "v" values
@@ -91,10 +90,7 @@ def write_jsx(performance: Performance, path: str | Path, width: int | None = No
     page = page_of(performance, width, background)
     for layer in page.layers:
         if not all(isinstance(element.drawn[0], DrawnPath) for element in layer.elements):
-            raise InputError(
-                f"part {layer.name!r}: a script for After Effects can hold vector drawings, this part is played by a "
-                "picture: make a .mov or a folder of pictures instead"
-            )
+            raise refused(layer, "a script for After Effects", "vector drawings")
     told = {
         "LAYERS": [_layer(layer, page) for layer in page.layers],  # the last one made lies in front
         "NAME": Path(path).stem,

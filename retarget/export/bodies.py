@@ -21,12 +21,13 @@ from capture.fit.action import centre_lines
 from capture.motion import affine
 from retarget.characters import lift
 from retarget.characters.bend import Bent
+from retarget.characters.body import Body as Several
 from retarget.characters.drawing import Drawing
 from retarget.characters.mesh import Mesh
 from retarget.characters.picture import Picture
 from retarget.characters.puppet import Puppet
 from retarget.characters.skin import skinned
-from retarget.export import jointed, sheets, solids
+from retarget.export import baked, jointed, sheets, solids
 from retarget.export.jointed import Skin
 from retarget.export.nodes import lifted
 from retarget.export.sheets import Look, Sheets
@@ -74,6 +75,8 @@ def bodies(performance: Performance) -> tuple[Body, ...]:
     depths = _depths(performance)
     found: list[Body] = []
     for role, depth in zip(performance.roles, depths, strict=True):
+        if isinstance(role.target, Several):  # its seams are in its points: what bends it becomes shapes
+            role = replace(role, target=replace(role.target.inner, part=role.target.part))
         if isinstance(role.target, Puppet):
             found += _jointed(role, performance.size, depth)
         elif isinstance(role.target, Mesh):
@@ -87,7 +90,7 @@ def _depths(performance: Performance) -> NDArray:
     """How much nearer each role is drawn (R, T): what is drawn later lies before all of what is drawn earlier."""
     order = np.stack([role.order for role in performance.roles])  # (R, T)
     pile = order.argsort(axis=0, kind="stable")
-    solid = [isinstance(role.target, (Mesh, Puppet)) for role in performance.roles]
+    solid = [role.points.shape[-1] == 3 for role in performance.roles]
     reach = [
         np.abs(role.points[..., 2]).max() / performance.size[1] if s else 0.0
         for role, s in zip(performance.roles, solid)
@@ -135,30 +138,22 @@ def _solid(role: Role, size: tuple[int, int], depth: NDArray) -> list[Body]:
     own = affine.compose(lift.lifted(flat, unit), target.view)
     mixed = np.tensordot(role.weights, target.keys.points, axes=1)
     placed = affine.fit(mixed, role.points)
-    if np.abs(role.points - affine.apply(placed, mixed)).max() > EXACT * np.ptp(role.points, axis=1).max():
-        raise InputError(
-            f"part {target.part!r}: a model in a 3-D file moves as a whole between its keys, this one is staged point "
-            "by point: make a video of it instead"
-        )
+    if not _moves_as_one(role, placed, mixed):
+        return _baked_solid(role, size, depth)
     stage = lift.lifted(stage_to_space(size), 1 / size[1])
     place = affine.compose(stage, affine.compose(placed, affine.invert(own)))
     shapes = affine.apply(own, target.keys.points)
     parts = solids.pieces(target, own)
     return [
-        Body(
-            target.part if len(parts) == 1 else f"{target.part} {number}",
-            target.keys.names,
-            shapes[:, part.points],
-            role.weights,
-            place,
-            part.faces,
-            looks=() if part.look is None else (part.look,),
-            visible=role.visible,
-            depth=depth,
-            color=part.color,
-            normals=part.normals,
-            colors=part.colors,
-            notes=_notes(role),
+        _piece(
+            role,
+            part,
+            _numbered(target.part, number, parts),
+            depth,
+            shape_names=target.keys.names,
+            shapes=shapes[:, part.points],
+            weights=role.weights,
+            place=place,
         )
         for number, part in enumerate(parts)
     ]
@@ -167,31 +162,34 @@ def _solid(role: Role, size: tuple[int, int], depth: NDArray) -> list[Body]:
 def _jointed(role: Role, size: tuple[int, int], depth: NDArray) -> list[Body]:
     """A figure's bodies: its joints turn in the units of its file, and its place does all the rest."""
     target = role.target
-    unplaced = skinned(target.skin, target.rest, target.posture(role.weights))
+    pose = target.posture(role.weights)
+    unplaced = skinned(target.skin, target.rest, pose)
+    placed = affine.fit(unplaced, role.points)
+    if jointed.stretched(pose) or not _moves_as_one(role, placed, unplaced):
+        return _baked_solid(role, size, depth)
     stage = lift.lifted(stage_to_space(size), 1 / size[1])
-    place = affine.compose(stage, affine.fit(unplaced, role.points))
     skin = jointed.skin_of(target, role.weights)
     bound = replace(target.body, keys=replace(target.keys, points=target.rest[None]))
     parts = solids.pieces(bound, affine.identity(3))
     return [
-        Body(
-            target.part if len(parts) == 1 else f"{target.part} {number}",
-            ("bound",),
-            target.rest[None, part.points],
-            np.ones((len(role.points), 1)),
-            place,
-            part.faces,
-            looks=() if part.look is None else (part.look,),
-            visible=role.visible,
-            depth=depth,
-            color=part.color,
-            normals=part.normals,
-            colors=part.colors,
+        _piece(
+            role,
+            part,
+            _numbered(target.part, number, parts),
+            depth,
+            shape_names=("bound",),
+            shapes=target.rest[None, part.points],
+            weights=np.ones((len(role.points), 1)),
+            place=affine.compose(stage, placed),
             skin=replace(skin, joints=skin.joints[part.points], shares=skin.shares[part.points]),
-            notes=_notes(role),
         )
         for number, part in enumerate(parts)
     ]
+
+
+def _moves_as_one(role: Role, placed: NDArray, mixed: NDArray) -> bool:
+    """Whether maps (T, d, d + 1) bring what was mixed (T, M, d) to where the role is."""
+    return np.abs(role.points - affine.apply(placed, mixed)).max() <= EXACT * np.ptp(role.points, axis=1).max()
 
 
 def _sheets(role: Role) -> Sheets:
@@ -212,24 +210,44 @@ def _bent(role: Role, vertices: NDArray) -> NDArray:
 
 
 def _baked(name: str, points: NDArray, size: tuple[int, int], dress: Sheets, **shown: Any) -> Body:
-    """A body from its vertices on the stage (T, V, 2) alone: the affine part of the way, and shapes for the rest.
+    """A body from its vertices on the stage (T, V, 2) alone: the affine part of the way, and shapes for the rest."""
+    found = baked.fewest(affine.apply(stage_to_space(size), points), EXACT)
+    shapes = _layered(found.shapes, dress)
+    return Body(name, found.names, shapes, found.weights, lifted(found.place), dress.faces, looks=dress.looks, **shown)
 
-    The shapes are the fewest that bring every frame back, found by a singular value decomposition.
-    """
-    points = affine.apply(stage_to_space(size), points)
-    foot = np.array([points[0, :, 0].mean(), points[0, :, 1].min()])
-    base = points[0] - foot
-    place = affine.fit(base, points)
-    bends = affine.apply(affine.invert(place), points) - base  # (T, V, 2)
-    u, sigma, vt = np.linalg.svd(bends.reshape(len(points), -1), full_matrices=False)
-    height = np.ptp(base, axis=0).max()
-    left_out = np.sqrt(np.cumsum(sigma[::-1] ** 2))[::-1]  # no vertex is off by more in any frame
-    count = int((left_out > EXACT * height).sum())
-    shares, modes = u[:, :count] * sigma[:count] / height, vt[:count].reshape(count, -1, 2) * height
-    weights = np.column_stack([1 - shares.sum(axis=1), shares])
-    names = ("base", *(f"bend {number}" for number in range(1, count + 1)))
-    shapes = _layered(np.concatenate([base[None], base + modes]), dress)
-    return Body(name, names, shapes, weights, lifted(place), dress.faces, looks=dress.looks, **shown)
+
+def _baked_solid(role: Role, size: tuple[int, int], depth: NDArray) -> list[Body]:
+    """A model's or a figure's bodies from its points on the stage alone, where neither keys nor joints tell them."""
+    stage = lift.lifted(stage_to_space(size), 1 / size[1])
+    found = baked.fewest(affine.apply(stage, role.points), EXACT)
+    target = role.target.body if isinstance(role.target, Puppet) else role.target
+    near = baked.nearby(found.shapes)  # shapes of a decomposition are far from any that is seen, and so their normals
+    parts = solids.pieces(replace(target, keys=replace(target.keys, points=near)), affine.identity(3))
+    return [
+        _piece(
+            role,
+            part,
+            _numbered(target.part, number, parts),
+            depth,
+            shape_names=found.names,
+            shapes=found.shapes[:, part.points],
+            weights=found.weights,
+            place=found.place,
+            normals=baked.far(part.normals),
+        )
+        for number, part in enumerate(parts)
+    ]
+
+
+def _piece(role: Role, part: solids.Piece, name: str, depth: NDArray, **more: Any) -> Body:
+    """A piece of a model as a body, with what it looks like."""
+    looks = () if part.look is None else (part.look,)
+    shown = {"visible": role.visible, "depth": depth, "notes": _notes(role), "normals": part.normals}
+    return Body(name, **{**shown, **more}, faces=part.faces, looks=looks, color=part.color, colors=part.colors)
+
+
+def _numbered(name: str, number: int, parts: list[solids.Piece]) -> str:
+    return name if len(parts) == 1 else f"{name} {number}"
 
 
 def _layered(points: NDArray, dress: Sheets) -> NDArray:

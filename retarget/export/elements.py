@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
+from retarget.characters.mesh import DrawnMesh
 from retarget.export.gltf import plays_in_steps
 from retarget.stage.perform import Performance, Role
 
@@ -90,17 +91,22 @@ def one_frame(performance: Performance, t: int) -> Performance:
             visible=role.visible[one],
             order=role.order[one],
             mixed=role.mixed[one],
+            joint=role.joint[one],
+            limbs=None,
         )
         for role in performance.roles
     )
     return replace(performance, roles=roles, times=performance.times[one])
 
 
-def refused(layer: Layer, kind: str) -> InputError:
+def refused(layer: Layer, kind: str, holds: str = "vector drawings and pictures that keep their shape") -> InputError:
     """What to say of a part that a format, such as "a Lottie file", cannot show."""
+    solid = any(isinstance(element.drawn[0], DrawnMesh) for element in layer.elements)
+    still = holds.endswith("drawings")
+    played = "a 3-D model" if solid else "a picture" if still else "a picture that bends or changes into another"
     return InputError(
-        f"part {layer.name!r}: {kind} can hold vector drawings and pictures that keep their shape, this part is a "
-        "picture that bends, or a model: make a .webm, a folder of pictures or a .glb instead"
+        f"part {layer.name!r}: {kind} can hold {holds}, this part is played by {played}: make a .webm, a .mov, "
+        "a folder of pictures or a .glb instead"
     )
 
 

@@ -18,6 +18,9 @@ Anything else is played smoothly from frame to frame; shapes and places are judg
 while the camera pans.  Either way every frame of the clip is met exactly, and the last drawing stays for its own
 duration.
 
+A character with a picture for every key changes from one to the next at the greatest share: glTF has no cross-fade of
+textures that programs play.  Our own pictures and videos melt them into each other.
+
 A file takes 12 bytes for every vertex and used shape: a drawing of 40 elements in 20 shapes half a megabyte.
 """
 

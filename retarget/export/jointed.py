@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from retarget.characters.puppet import Puppet
+from retarget.characters.skin import Pose
 
 MOST = 4
 """A vertex follows at most this many joints, as all programs can show."""
@@ -36,7 +37,7 @@ def skin_of(target: Puppet, weights: NDArray) -> Skin:
     """The skin of a figure that mixes its keys by weights (T, K); its vertices are the points of its file."""
     figure, pose = target.skin, target.posture(weights)
     stretch = pose.scale[..., :1]
-    if np.abs(pose.scale - stretch).max() > 1e-4 * np.abs(stretch).max() or np.ptp(stretch, axis=0).max() > 1e-4:
+    if stretched(pose):
         raise InputError(
             f"part {target.part!r}: joints in a 3-D file may turn and travel, this figure's are stretched: "
             "make a video of it instead"
@@ -61,6 +62,13 @@ def skin_of(target: Puppet, weights: NDArray) -> Skin:
     joints, shares = _strongest(figure.shares, bound)
     translation = np.concatenate([translation, np.zeros((*still, 3))], axis=1)
     return Skin(tuple(names), tuple(parents), translation, rotation, binds, joints, shares)
+
+
+def stretched(pose: Pose) -> bool:
+    """Whether joints are stretched unevenly, or over time, in poses of T frames: then no skin can tell it."""
+    stretch = pose.scale[..., :1]
+    uneven = np.abs(pose.scale - stretch).max() > 1e-4 * np.abs(stretch).max()
+    return bool(uneven or np.ptp(stretch, axis=0).max() > 1e-4)
 
 
 def _strongest(table: object, bound: NDArray) -> tuple[NDArray, NDArray]:

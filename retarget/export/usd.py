@@ -7,6 +7,8 @@
 Time codes are frames, from 0.  USD draws straight ways between samples; a held drawing has one at each end of the hold,
 so at whole frames, where programs of animation stop, every drawing is exact and holds are holds.
 
+Pictures of several keys take turns, as in glTF: there is no cross-fade.
+
 Weights are kept between 0 and 1, as in glTF, because Blender cuts off what lies outside.  A *.usdz holds its textures;
 beside a *.usda or *.usdc they lie in a folder NAME.textures.  Needs the extra `usd`.
 """

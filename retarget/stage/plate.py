@@ -22,6 +22,7 @@ from capture.pictures import matte
 from capture.pictures.clip import Clip, remembering
 from capture.pictures.colors import ColorModel
 from capture.pictures.shot import Shot
+from retarget.characters.target import parts_of
 from retarget.stage import camera, composite
 from retarget.stage.carry import carried_on
 from retarget.stage.composite import Blend
@@ -62,7 +63,7 @@ def into(
 
     Other captured parts of the shot that are drawn in front of all who are played stay in front.
     """
-    played = tuple(role.target.part for role in performance.roles)
+    played = tuple(part for role in performance.roles for part in parts_of(role.target))
     clean = without(shot, motion, played, clip)
     foremost = np.max([motion.track(part).order for part in played], axis=0)
     others = [track for track in motion.tracks if track.part not in played and (track.order > foremost).any()]

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.motion.tracks import CartoonMotion
-from retarget.stage import offsets
+from retarget.characters.target import parts_of
+from retarget.stage import offsets, together
 from retarget.stage.perform import Performance, Role
 
 TOUCHING = 0.025
@@ -49,13 +50,14 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class Stay:
-    """A foot that is to be in a place over frames start .. stop - 1: the mean of some points of a role's mesh."""
+    """A foot that is to be in a place over frames start .. stop - 1: a mean of some points of a role's mesh."""
 
     part: str
     start: int
     stop: int
     points: NDArray  # (n,) int
     place: NDArray | None = None  # (2,) on the stage; None is wherever it has come to, without sliding
+    shares: NDArray | None = None  # (n,) of the points, sum 1; None is even
 
 
 def stand(performance: Performance, motion: CartoonMotion) -> Performance:
@@ -66,7 +68,7 @@ def stand(performance: Performance, motion: CartoonMotion) -> Performance:
     level = ground(motion)
     if level is None or not performance.roles:
         return performance
-    drawing = _drawings(motion)
+    drawing = drawings(motion)
     first = np.flatnonzero(np.diff(drawing, prepend=-1))
     times = motion.times[first]
     low = _lowest(performance, motion, first)
@@ -74,7 +76,7 @@ def stand(performance: Performance, motion: CartoonMotion) -> Performance:
     under = _deepest(performance)[first]
     wanted = np.where(touched, low - under, np.nan)
     up = offsets.calmest(times, RISES, wanted, most=level - under) if np.isfinite(under).all() else 0 * times
-    feet = _one_at_a_time([_followed(performance, contact, drawing) for contact in contacts(motion, level)])
+    feet = one_at_a_time([_followed(performance, contact, drawing) for contact in contacts(motion, level)])
     begun = np.full(len(times), np.nan)
     if feet and feet[0][0][0] == 0:  # whoever begins on the ground begins where the cast has put it
         on, path = feet.pop(0)
@@ -83,23 +85,36 @@ def stand(performance: Performance, motion: CartoonMotion) -> Performance:
     return shifted(performance, np.stack([across, up], axis=-1)[drawing])
 
 
-def keep(performance: Performance, stays: Sequence[Stay], half_life: float = STRAYS) -> Performance:
-    """The performance moved so that feet stay where they are told to; of two places at once the first is obeyed."""
-    drawing = np.arange(len(performance.times))
-    free = np.full(len(drawing), np.nan)
+def keep(
+    performance: Performance, stays: Sequence[Stay], half_life: float = STRAYS, drawing: NDArray | None = None
+) -> Performance:
+    """The performance moved so that feet stay where they are told to; of two places at once the first is obeyed.
+
+    With `drawing` (T,), the number of the drawing that each frame shows, a held drawing stays held.
+    """
+    feet = [foot_of(performance, stay) for stay in stays]
+    return shifted(performance, demanded(performance.times, stays, feet, half_life, drawing))
+
+
+def demanded(
+    times: NDArray, stays: Sequence[Stay], feet: Sequence[NDArray], half_life: float, drawing: NDArray | None = None
+) -> NDArray:
+    """The calmest offset (T, 2) that keeps feet, each given where it goes (T, 2), where their stays say."""
+    drawing = np.arange(len(times)) if drawing is None else drawing
+    first = np.flatnonzero(np.diff(drawing, prepend=-1))
     moved = []
     for axis in (0, 1):
-        fixed, feet = free.copy(), []
-        for stay in stays:
-            foot = _foot_of(performance, stay)[:, axis]
-            frames = np.arange(stay.start, stay.stop)
+        fixed, paths = np.full(len(first), np.nan), []
+        for stay, foot in zip(stays, feet, strict=True):
+            on = np.unique(drawing[stay.start : stay.stop])
+            way = foot[first[on], axis]
             if stay.place is None:
-                feet.append((frames, foot[0] - foot))
+                paths.append((on, way[0] - way))
             else:
-                fixed[frames] = np.where(np.isnan(fixed[frames]), stay.place[axis] - foot, fixed[frames])
-        feet = [(on[np.isnan(fixed[on])], path[np.isnan(fixed[on])]) for on, path in feet]
-        moved.append(offsets.calmest(performance.times, half_life, fixed, _one_at_a_time(feet)))
-    return shifted(performance, np.stack(moved, axis=-1))
+                fixed[on] = np.where(np.isnan(fixed[on]), stay.place[axis] - way, fixed[on])
+        paths = [(on[np.isnan(fixed[on])], path[np.isnan(fixed[on])]) for on, path in paths]
+        moved.append(offsets.calmest(times[first], half_life, fixed, one_at_a_time(paths)))
+    return np.stack(moved, axis=-1)[drawing]
 
 
 def follow(performance: Performance, path: NDArray, part: str = "") -> Performance:
@@ -110,7 +125,7 @@ def follow(performance: Performance, path: NDArray, part: str = "") -> Performan
     path = np.asarray(path, float)
     if path.ndim != 2 or path.shape[1] != 2 or len(path) < 2 or not np.isfinite(path).all():
         raise InputError(f"a path must be 2 or more points (x, y) of the stage, it came with shape {path.shape}")
-    role = _role(performance, part) if part else performance.roles[0]
+    role = role_of(performance, part) if part else performance.roles[0]
     along = role.mesh()[..., 0].mean(axis=1)
     gone = np.concatenate([[0], np.cumsum(np.abs(np.diff(along)))])
     share = gone / gone[-1] if gone[-1] > 0 else np.linspace(0, 1, len(gone))
@@ -127,7 +142,11 @@ def shifted(performance: Performance, offset: NDArray) -> Performance:
     for role in performance.roles:
         points = role.points.copy()
         points[..., :2] += offset[:, None]
-        roles.append(replace(role, points=points))
+        limbs = role.limbs
+        if limbs is not None:
+            way = np.concatenate([np.tile(np.eye(2), (len(offset), 1, 1)), offset[..., None]], axis=-1)
+            limbs = together.moved(limbs, np.tile(way, (len(limbs.maps), 1, 1, 1)))
+        roles.append(replace(role, points=points, joint=role.joint + offset, limbs=limbs))
     return replace(performance, roles=tuple(roles))
 
 
@@ -136,7 +155,7 @@ def ground(motion: CartoonMotion) -> float | None:
 
     That is the lowest level it keeps to: touched three times, or for a fifth of the drawings, and hardly ever passed.
     """
-    first = np.flatnonzero(np.diff(_drawings(motion), prepend=-1))
+    first = np.flatnonzero(np.diff(drawings(motion), prepend=-1))
     low = _source_low(motion, [track.part for track in motion.tracks])[first]
     low = low[np.isfinite(low)]
     if len(low) < 3:
@@ -157,7 +176,7 @@ def contacts(motion: CartoonMotion, level: float | None = None) -> tuple[Contact
     level = ground(motion) if level is None else level
     if level is None:
         return ()
-    drawing = _drawings(motion)
+    drawing = drawings(motion)
     first = np.append(np.flatnonzero(np.diff(drawing, prepend=-1)), len(drawing))
     height = _height(motion)
     found = []
@@ -170,14 +189,14 @@ def contacts(motion: CartoonMotion, level: float | None = None) -> tuple[Contact
         near = (np.abs(points[..., 1] - level) <= TOUCHING * height) & track.visible[first[:-1], None]
         for start, stop in _runs(near, slow):
             begin, end = int(first[start]), int(first[stop])
-            foot = _foot(everywhere[begin:end])
+            foot = sole(everywhere[begin:end])
             found.append(Contact(track.part, begin, end, foot, everywhere[begin:end, :, 0] @ foot))
     return tuple(sorted(found, key=lambda contact: contact.start))
 
 
 def slide(performance: Performance, contact: Contact) -> float:
     """How far, in pixels, the new character's foot goes astray of the source's during a contact."""
-    part = [role for role in performance.roles if role.target.part == contact.part]
+    part = [role for role in performance.roles if contact.part in parts_of(role.target)]
     if not part:
         return 0.0
     return float(np.ptp(_path(part[0], contact)))
@@ -185,12 +204,12 @@ def slide(performance: Performance, contact: Contact) -> float:
 
 def _path(role: Role, contact: Contact) -> NDArray:
     """The way (n,) that the role's foot must be moved along the ground to go with the source's."""
-    mesh = role.mesh()[contact.start : contact.stop]
-    own = mesh[..., 0] @ _foot(mesh)
+    mesh = role.mesh()[contact.start : contact.stop, role.of(contact.part)]
+    own = mesh[..., 0] @ sole(mesh)
     return role.target.height * (contact.way - contact.way[0]) - (own - own[0])
 
 
-def _foot(points: NDArray) -> NDArray:
+def sole(points: NDArray) -> NDArray:
     """Shares (N,) of what stays lowest in (n, N, 2 or 3), however the whole is moved, and never one point alone.
 
     A point has a third of the share of one that lies lower by SOLE of the height, so that no last digit decides.
@@ -201,7 +220,7 @@ def _foot(points: NDArray) -> NDArray:
 
 
 def _followed(performance: Performance, contact: Contact, drawing: NDArray) -> offsets.Path:
-    roles = [role for role in performance.roles if role.target.part == contact.part]
+    roles = [role for role in performance.roles if contact.part in parts_of(role.target)]
     if not roles:
         return np.zeros(0, int), np.zeros(0)
     path = _path(roles[0], contact)
@@ -210,7 +229,7 @@ def _followed(performance: Performance, contact: Contact, drawing: NDArray) -> o
     return on, path[at]
 
 
-def _one_at_a_time(feet: Sequence[offsets.Path]) -> list[offsets.Path]:
+def one_at_a_time(feet: Sequence[offsets.Path]) -> list[offsets.Path]:
     """Feet that stand at the same time share it: the old one leads for the first half, the new one from there on."""
     leads: list[offsets.Path] = []
     for on, path in feet:
@@ -242,7 +261,7 @@ def _runs(near: NDArray, slow: NDArray) -> list[tuple[int, int]]:
     return runs
 
 
-def _drawings(motion: CartoonMotion) -> NDArray:
+def drawings(motion: CartoonMotion) -> NDArray:
     """The number (T,) of the drawing that each frame shows; a frame holds one if all parts do."""
     held = np.all([track.held for track in motion.tracks], axis=0)
     return np.cumsum(~held | (np.arange(len(held)) == 0)) - 1
@@ -264,7 +283,7 @@ def _source_low(motion: CartoonMotion, parts: Sequence[str]) -> NDArray:
 
 
 def _lowest(performance: Performance, motion: CartoonMotion, frames: NDArray) -> NDArray:
-    return _source_low(motion, [role.target.part for role in performance.roles])[frames]
+    return _source_low(motion, [part for role in performance.roles for part in parts_of(role.target)])[frames]
 
 
 def _deepest(performance: Performance) -> NDArray:
@@ -274,17 +293,17 @@ def _deepest(performance: Performance) -> NDArray:
     return np.where(seen.any(axis=0), np.where(seen, lows, -np.inf).max(axis=0), lows.max(axis=0))
 
 
-def _role(performance: Performance, part: str) -> Role:
+def role_of(performance: Performance, part: str) -> Role:
     for role in performance.roles:
-        if role.target.part == part:
+        if part in parts_of(role.target):
             return role
-    played = ", ".join(role.target.part for role in performance.roles)
+    played = ", ".join(part for role in performance.roles for part in parts_of(role.target))
     raise InputError(f"a foot must belong to a part that is played, {part!r} is not: name one of {played}")
 
 
-def _foot_of(performance: Performance, stay: Stay) -> NDArray:
-    """Where the foot (n, 2) is over its frames; frames and points that are not there are refused."""
-    mesh = _role(performance, stay.part).mesh()
+def foot_of(performance: Performance, stay: Stay) -> NDArray:
+    """Where a foot (T, 2) is in all frames; frames and points that are not there are refused."""
+    mesh = role_of(performance, stay.part).mesh()
     points = np.asarray(stay.points, int)
     if not 0 <= stay.start < stay.stop <= len(mesh):
         raise InputError(
@@ -292,4 +311,5 @@ def _foot_of(performance: Performance, stay: Stay) -> NDArray:
         )
     if not len(points) or points.min() < 0 or points.max() >= mesh.shape[1]:
         raise InputError(f"a foot must be made of points of part {stay.part!r}, 0 to {mesh.shape[1] - 1}")
-    return mesh[stay.start : stay.stop, points, :2].mean(axis=1)
+    shares = np.full(len(points), 1 / len(points)) if stay.shares is None else stay.shares
+    return np.einsum("n,tnd->td", shares, mesh[:, points, :2])

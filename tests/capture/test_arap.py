@@ -214,3 +214,22 @@ def test_the_arguments_are_left_as_they_were():
     arap.inbetweens(keys, FACES, rows)
     arap.carry(MESH, FACES, *corners_as_handles(ENDS), MESH[ENDS] + 1)
     assert np.array_equal(MESH, before) and np.array_equal(keys[0], before)
+
+
+def test_a_mesh_that_follows_its_own_ways_arrives_up_to_a_shift():
+    mesh, faces = strip()
+    shapes = np.stack([mesh, curled(mesh, 4.0), 1.3 * mesh[:, ::-1] * [1, -1]])
+    found = arap.follow(mesh, faces, *arap.ways(mesh, shapes, faces))
+    np.testing.assert_allclose(_centred(found), _centred(shapes), atol=1e-8)
+    np.testing.assert_allclose(found.mean(axis=1), np.tile(mesh.mean(axis=0), (3, 1)), atol=1e-8)
+
+
+def test_the_ways_of_a_long_curl_go_on_beyond_half_a_turn():
+    mesh, faces = strip()
+    turns, stretches = arap.ways(mesh, curled(mesh, 5.0)[None], faces)
+    assert np.ptp(turns) > 4.5
+    np.testing.assert_allclose(stretches, np.swapaxes(stretches, -1, -2), atol=1e-12)
+
+
+def _centred(shapes):
+    return shapes - shapes.mean(axis=1, keepdims=True)

@@ -91,6 +91,17 @@ def test_a_curve_matched_with_itself_stays_where_it_is():
     assert np.abs((at - np.arange(len(outline)) + 50) % len(outline) - 50).max() < 0.25
 
 
+def test_curves_that_stand_alike_are_matched_top_to_top():
+    """Both are long and round; one's bump is at the top, the other's at the bottom."""
+    angle = np.linspace(0, 2 * np.pi, 120, endpoint=False)
+    long = np.stack([np.cos(angle), 2 * np.sin(angle)], axis=-1)
+    bump = np.exp(-((np.angle(np.exp(1j * (angle - np.pi / 2))) / 0.25) ** 2))[:, None]
+    source, target = long * (1 + 0.2 * bump), -long * (1 + 0.2 * bump)
+    by_looks = correspond.places(target, correspond.match(source, target))
+    upright = correspond.places(target, correspond.match(source, target, laid=30.0))
+    assert (by_looks * source).sum() < 0 < (upright * source).sum()
+
+
 def test_positions_run_once_round():
     source, _ = bumpy(70)
     target, _ = bumpy(133, 2.0)

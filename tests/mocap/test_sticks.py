@@ -56,7 +56,7 @@ def test_the_ground_is_drawn_at_its_height():
 
 
 def test_left_and_right_are_told_apart_by_name():
-    names = ("Hips", "mixamorig:LeftArm", "RightLeg", "rShldr", "lCollar", "root", "LowerBack", "Arm_L")
+    names = ("Hips", "mixamorig:LeftArm", "RightLeg", "rShldr", "lCollar", "root", "LowerBack", "Arm_L", "Toes_R end")
     colors = [tuple(int(c) for c in color) for color in sticks.sides(names)]
     middle, left, right = sticks.MIDDLE, sticks.LEFT, sticks.RIGHT
-    assert colors == [middle, left, right, right, left, middle, middle, left]
+    assert colors == [middle, left, right, right, left, middle, middle, left, right]

@@ -2,13 +2,15 @@
 
 import base64
 import json
+import socket
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from capture.motion import keys
+from capture.motion import keys, tracks
 from capture.motion.tracks import CartoonMotion, Track
+from retarget.cli import main
 
 NAMES = ("sit", "lean")
 
@@ -182,3 +184,34 @@ def arm(tmp_path):
     drawn = arm_gltf(tmp_path / "arm.gltf")
     drawn.written = lambda **changes: arm_gltf(tmp_path / "other.gltf", **changes).file
     return drawn
+
+
+@pytest.fixture
+def alone(monkeypatch):
+    """Whoever asks the network for anything fails the test."""
+
+    def called(*told):
+        raise AssertionError(f"something was fetched: {told}")
+
+    for name in ("connect", "connect_ex"):
+        monkeypatch.setattr(socket.socket, name, called)
+    monkeypatch.setattr(socket, "getaddrinfo", called)
+
+
+@pytest.fixture
+def lent(tmp_path, by_hand, capsys, alone):
+    """Lend a motion of one key or two to files, by the command; returns its exit code and what it said."""
+    for count, weights in ((1, [[1.0]] * 2), (2, [[1.0, 0], [0, 1.0]])):
+        motion = by_hand.motion(by_hand.tumble(2), weights, names=by_hand.names[:count])
+        tracks.save(motion, tmp_path / f"{count}.motion.json")
+
+    def lend(*flags, keys=1, out="new.svg"):
+        made = tmp_path / "made" / out
+        code = main(["retarget", str(tmp_path / f"{keys}.motion.json"), *map(str, flags), "-o", str(made)])
+        said = capsys.readouterr()
+        assert code in (0, 2)
+        assert made.parent.exists() == (code == 0)  # nothing half-written is left
+        assert code == 0 or (said.err.startswith("tooncap: ") and said.err.count("\n") == 1 and not said.out)
+        return code, said.err
+
+    return lend

@@ -4,15 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from PIL import Image
 
 from capture.errors import InputError
 from capture.motion import affine
 from retarget.characters import lift
 from retarget.characters.cast import backdrop, cast_of, targets
-from retarget.characters.castfile import Cast, CastKey, CastPart, read_cast, write_cast
+from retarget.characters.castfile import Cast, CastKeep, CastKey, CastPart, read_cast, write_cast
 from retarget.stage.draw2d import draw
 from retarget.stage.perform import perform
+
+KEPT = '[[parts]]\nname = "egg"\ndrawing = "a.svg"\n[[keep]]\npart = "egg"\n'
+
+numbers = st.floats(-1e6, 1e6)
+places = st.tuples(numbers, numbers)
 
 
 @pytest.fixture
@@ -36,6 +43,28 @@ def test_a_cast_read_back_is_the_cast(tmp_path):
     cast = Cast(parts, "white", tmp_path)
     write_cast(cast, tmp_path / "egg.cast.toml")
     assert read_cast(tmp_path / "egg.cast.toml") == cast
+
+
+@given(
+    name=st.text(st.characters(exclude_categories=["Cs"]), min_size=1),
+    follow=st.lists(places, min_size=2, max_size=4),
+    first=st.integers(0, 99),
+    more=st.integers(0, 99),
+    point=st.one_of(st.just(()), places),
+    at=st.none() | places,
+    bend=st.none() | st.just(()) | st.just(("thigh", 'the "other" shin')),
+    stretch=st.floats(0, 2),
+    order=st.none() | st.integers(-9, 9),
+)
+def test_what_a_cast_says_of_the_staging_is_read_back(
+    tmp_path_factory, name, follow, first, more, point, at, bend, stretch, order
+):
+    folder = tmp_path_factory.mktemp("cast")
+    keep = CastKeep(name, (first, first + more), point, at, bend, stretch)
+    part = CastPart(name, (), "a.svg", order=order)
+    cast = Cast((part,), folder=folder, follow=tuple(follow), keep=(keep, CastKeep(name)))
+    write_cast(cast, folder / "a.cast.toml")
+    assert read_cast(folder / "a.cast.toml") == cast
 
 
 def test_a_cast_written_elsewhere_names_the_same_files(tmp_path, worm, motion):
@@ -126,6 +155,16 @@ def test_a_background_is_a_colour_or_a_picture_beside_the_cast(tmp_path):
         ('[[parts]]\nname = "egg"\ndrawing = "a.svg"\nhight = 2\n', "'hight' is no field"),
         ('[[parts]]\nname = "egg"\ndrawing = "a.svg"\npivot = [1]\n', "pivot"),
         ("[[", "cast.toml"),
+        ("follow = [[1, 2]]", "follow must be a path of 2 or more points"),
+        ("follow = [[1, 2], [nan, 2]]", "follow must be a path"),
+        ('[[keep]]\npart = "egg"\n', "keep of part 'egg': the part must be one that is played, name one of none"),
+        (KEPT + "frames = [4, 2]", "frames must be the first and the last"),
+        (KEPT + "frames = [1, 2, 3]", "frames"),
+        (KEPT + "at = [1, 2]", "a place needs the frames"),
+        (KEPT + "point = [1]", "point and at must be"),
+        (KEPT + 'bend = ["thigh"]', "bend must name two parts"),
+        (KEPT + "stretch = -1", "stretch must be 0 or more"),
+        (KEPT + "frame = 3", "'frame' is no field"),
     ],
 )
 def test_a_cast_with_a_slip_is_refused_by_name(tmp_path, text, said):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from capture.motion import affine, keys
+from capture.motion import affine
 from retarget.characters import lift
 from retarget.characters.mesh import mesh, read_mesh
 from retarget.characters.meshfiles import Material, Model
@@ -106,24 +106,6 @@ def test_a_model_looks_to_the_right_from_one_side_and_to_the_left_from_the_other
         assert np.linalg.det(turn) == pytest.approx(-1)  # y up becomes y down: a mirror, and no other
 
 
-@pytest.mark.parametrize("plane", ["zy", (-1.0, 0.4, 1.0)])
-@pytest.mark.parametrize("depth", [lift.kept, lift.keeping_volume])
-def test_all_weight_on_a_key_under_its_own_map_shows_that_key(by_hand, plane, depth):
-    points, _ = blob()
-    c, s = np.cos(0.4), np.sin(0.4)
-    leant = bowed(points, 0.5) @ np.array([[1.2, 0, 0], [0, c, s], [0, -0.8 * s, 0.8 * c]])
-    target = character(plane, depth, ("sit", "lean"), np.stack([points, leant]))
-    flat = np.stack([(shape @ target.view[:, :3].T)[:, :2] for shape in (points, leant)])
-    seen = affine.fit(*flat)  # in its own units; on the stage it is about another place and of another size
-    motion = by_hand.motion(by_hand.still(1), [[1.0]])
-    place = placement(motion, target)
-    moved = affine.compose(place, affine.compose(seen, affine.invert(place)))
-    played = by_hand.motion([affine.from_about(moved, np.array([160.0, 190]))], [[0.0, 1.0]])
-    role = perform(played, [target]).roles[0]
-    space = affine.compose(lift.lifted(place, place[0, 0]), target.view)
-    np.testing.assert_allclose(role.points[0], affine.apply(space, leant), atol=1e-8)
-
-
 def test_a_nod_to_the_viewer_is_no_captured_map_and_stays_in_the_key():
     """The whole affine map of space would take it out, and nothing in a drawing's plane could put it back."""
     points, _ = blob()
@@ -132,24 +114,6 @@ def test_a_nod_to_the_viewer_is_no_captured_map_and_stays_in_the_key():
     target = character("xy", names=("sit", "lean"), shapes=np.stack([points, points @ nod.T]))
     depth = target.keys.points[1, :, 2]
     np.testing.assert_allclose(depth, (points @ nod.T)[:, 2], atol=1e-12)
-
-
-def test_a_motion_lent_to_bodies_of_its_own_keys_is_the_motion(by_hand):
-    """The source's outline given some depth, key by key: what is seen of it is the captured outline again."""
-    motion = by_hand.motion(by_hand.tumble(6), np.random.default_rng(5).dirichlet(np.ones(7), 6))
-    source = motion.keyset("egg")
-    drawn = affine.apply(source.removed, source.points)[:, source.outline] * [1, -1]
-    count = drawn.shape[1]
-    shapes = np.concatenate([np.dstack([drawn, np.full(drawn.shape[:2], side)]) for side in (-20.0, 20.0)], axis=1)
-    here, after = np.arange(count), np.roll(np.arange(count), -1)
-    faces = np.concatenate(
-        [np.stack([here, after, after + count], -1), np.stack([here, after + count, here + count], -1)]
-    )
-    for depth in (lift.kept, lift.keeping_volume):
-        role = perform(motion, [mesh("egg", by_hand.names, model(shapes[0], faces), shapes, "xy", depth)]).roles[0]
-        truth = motion.points("egg", keys.straight)[:, source.outline]
-        np.testing.assert_allclose(role.points[:, :count, :2], truth, atol=1e-6)
-        np.testing.assert_allclose(role.points[:, count:, :2], truth, atol=1e-6)
 
 
 def test_in_betweens_go_straight_and_beyond_the_keys(by_hand):
@@ -161,16 +125,6 @@ def test_in_betweens_go_straight_and_beyond_the_keys(by_hand):
     role = perform(by_hand.motion(by_hand.still(1), [[-0.3, 1.3]]), [target]).roles[0]
     a, b = (perform(by_hand.motion(by_hand.still(1), [w]), [target]).roles[0].points for w in ([1.0, 0], [0, 1.0]))
     np.testing.assert_allclose(role.points, -0.3 * a + 1.3 * b, atol=1e-9)
-
-
-def test_where_a_model_lies_in_its_file_does_not_matter(by_hand):
-    motion = by_hand.motion(by_hand.tumble(4), np.random.default_rng(5).dirichlet(np.ones(7), 4))
-    points, faces = blob()
-    shapes = np.stack([points, bowed(points, 0.5)])
-    here = mesh("egg", ("sit", "lean"), model(points, faces), shapes)
-    there = mesh("egg", ("sit", "lean"), model(points, faces), 40 * shapes + [700, -30, 55])
-    one, other = (perform(motion, [target]).roles[0].points for target in (here, there))
-    np.testing.assert_allclose(one, other, atol=1e-8)
 
 
 def test_a_pivot_is_a_point_of_the_model(by_hand):

@@ -39,12 +39,6 @@ def walking(by_hand):
     return replace(body, tracks=body.tracks + arm.tracks, keysets=body.keysets + arm.keysets)
 
 
-def test_a_motion_lent_to_its_own_outline_is_the_motion(by_hand):
-    motion = tumbling(by_hand)
-    role = perform(motion, [itself(motion)]).roles[0]
-    assert np.abs(role.mesh() - motion.points("egg")).max() < 1e-6
-
-
 def test_a_part_on_a_parent_is_lent_too(by_hand):
     motion = walking(by_hand)
     performance = perform(motion, [itself(motion, "arm"), itself(motion)])

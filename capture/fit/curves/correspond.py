@@ -37,14 +37,18 @@ class Task:
     near: float  # of squared distances in curve lengths: how far both are known to lie alike
     pins: NDArray  # (Q, 2) node and place on the target in samples, increasing in both
     reference: NDArray  # (N, 2) the nodes in the drawing whose lengths count, and whose looks count as well
+    laid: bool = False  # the two lie on each other as they are; else about their middles, in curve lengths
 
 
-def match(source: ArrayLike, target: ArrayLike, closed: bool = True, pins: Sequence[Pin] = ()) -> NDArray:
+def match(
+    source: ArrayLike, target: ArrayLike, closed: bool = True, pins: Sequence[Pin] = (), laid: float = 0.0
+) -> NDArray:
     """For each point of source (n, 2) its place on target (m, 2), as positions (n,): 2.25 is a quarter past point 2.
 
     The curves may be moved, turned, scaled and bent against each other, of different point counts, either way
-    round and with any start; an open curve's ends stay ends.  Pins are obeyed exactly.  Positions of a closed target
-    lie in [0, m); `places` makes points of them.
+    round and with any start; an open curve's ends stay ends.  Where they are laid on each other already, such as two
+    animals that stand alike, `laid` says how much their places are to count: 30, say.  Pins are obeyed exactly.
+    Positions of a closed target lie in [0, m); `places` makes points of them.
     """
     source = checked(source, closed, "the source", crossing=True)
     target = checked(target, closed, "the target", crossing=True)
@@ -54,7 +58,7 @@ def match(source: ArrayLike, target: ArrayLike, closed: bool = True, pins: Seque
     nodes_at = np.unique(np.append(even, along[[a for a, _ in held]]))
     nodes = places(source, np.interp(nodes_at, along, np.arange(len(along))), closed)
     pinned = [(int(np.searchsorted(nodes_at, along[a])), b) for a, b in held]
-    shares, reverse = _laid(nodes, nodes, target, closed, TIE, pinned, "the target")
+    shares, reverse = _laid(nodes, nodes, target, closed, laid or TIE, pinned, "the target", laid > 0)
     if closed:
         nodes_at, shares = np.append(nodes_at, along[-1]), np.append(shares, shares[0] + 1)
     positions = _positions(np.interp(along[: len(source)], nodes_at, shares), target, closed, reverse)
@@ -158,6 +162,7 @@ def _laid(
     near: float,
     pins: list[tuple[int, float]],
     name: str,
+    laid: bool = False,
 ) -> tuple[NDArray, bool]:
     """The nodes' shares (N,) of the target's length, increasing, and whether the target is gone along in reverse."""
     ways = [signed_area(nodes) * signed_area(target) < 0] if closed else [False, True]
@@ -167,7 +172,7 @@ def _laid(
         ordered = _ordered_pins(pins, target, closed, reverse, samples)
         if ordered is not None:
             even = evenly(target[::-1] if reverse else target, samples, closed)
-            warp, cost = _solve(Task(nodes, even, closed, near, ordered, reference))
+            warp, cost = _solve(Task(nodes, even, closed, near, ordered, reference, laid))
             found.append((cost, warp / (samples if closed else samples - 1), reverse))
     if not found:
         raise InputError(
@@ -210,6 +215,8 @@ def _solve(task: Task) -> tuple[NDArray, float]:
     """Places on the target in samples (N,), increasing, for the nodes, and how ill they fit, on average."""
 
     def about(points: NDArray) -> NDArray:
+        if task.laid:
+            return np.sqrt(task.near) * points / arcs(task.target, task.closed)[-1]
         return np.sqrt(task.near) * (points - points.mean(axis=0)) / arcs(points, task.closed)[-1]
 
     upright = about(task.nodes), about(task.target)
@@ -222,7 +229,7 @@ def _solve(task: Task) -> tuple[NDArray, float]:
         warps = [warp for warp, cost in laps if cost <= DOUBT * min(cost for _, cost in laps)]
     else:
         warps = [_spans(own, other, lengths, task)[0]]
-    found = [_look_again(task, warp) for warp in warps]
+    found = [_look_again(task, warp, upright if task.laid else None) for warp in warps]
     ills = [
         cost / len(warp) + float(((upright[0] - monotone.at(upright[1], warp, task.closed)) ** 2).sum(axis=1).mean())
         for warp, cost in found
@@ -231,15 +238,21 @@ def _solve(task: Task) -> tuple[NDArray, float]:
     return found[best][0], ills[best]
 
 
-def _look_again(task: Task, warp: NDArray, rounds: int = 2) -> tuple[NDArray, float]:
-    """The warp (N,) improved, and its cost, by what can be seen when an affine fit lays both curves on each other."""
+def _look_again(
+    task: Task, warp: NDArray, upright: tuple[NDArray, NDArray] | None, rounds: int = 2
+) -> tuple[NDArray, float]:
+    """The warp (N,) improved, and its cost, by what can be seen when an affine fit lays both curves on each other.
+
+    Places (N, 2) and (M, 2) that lie `upright` on each other as they are count besides.
+    """
     size = arcs(task.target, task.closed)[-1]
-    other = np.hstack(2 * [_looks(task.target, task.closed, size) / np.sqrt(2)])
+    lying = upright or (np.empty((len(task.nodes), 0)), np.empty((len(task.target), 0)))
+    other = np.hstack([*2 * [_looks(task.target, task.closed, size) / np.sqrt(2)], lying[1]])
     cost = np.inf
     for _ in range(rounds):
         goal = monotone.at(task.target, warp, task.closed)
         views = [affine.apply(affine.fit(view, goal), view) for view in (task.nodes, task.reference)]
-        own = np.hstack([_looks(view, task.closed, size) / np.sqrt(2) for view in views])
+        own = np.hstack([*(_looks(view, task.closed, size) / np.sqrt(2) for view in views), lying[0]])
         if task.closed and not len(task.pins):
             warp, cost = monotone.lap(own, other, _steps(views[1]), warp)
         else:

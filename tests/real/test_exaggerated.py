@@ -1,0 +1,89 @@
+"""Real cartoons, captured and exaggerated on their own curves: the snowman's hat from pictures, the rabbit from outlines.
+
+What the filter adds must be seen as animation, not as jitter: a captured curve has noise, and none of it may grow.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capture.fit import video
+from capture.fit.contour import capture_points, outline_keys
+from capture.fit.suggest import suggest
+from capture.motion.tracks import CartoonMotion, check, track_of
+from capture.pictures import overlay
+from capture.pictures.decode import read_clip
+from capture.pictures.encode import write_picture
+from capture.pictures.shot import KeyDrawing, Part, Shot
+from mocap import cartoon_curves
+from retarget.characters import cast as casting
+from retarget.stage import draw2d, footing, staging
+from retarget.stage.perform import perform
+
+
+@pytest.fixture(scope="module")
+def hat(data: Path) -> CartoonMotion:
+    part = Part("hat", (KeyDrawing("rest", 0),), box=(145, 8, 230, 140))
+    return video.capture(Shot(str(data / "clips" / "noto_snowman_hat" / "frames"), (part,), fps=30))
+
+
+@pytest.fixture(scope="module")
+def rabbit(data: Path) -> CartoonMotion:
+    """The body of the hopping rabbit, from the exact outlines that its file gives, on eight keys."""
+    folder = data / "clips" / "noto_rabbit_hop"
+    stored = np.load(folder / "gt.npz")["path/14:Body/0"]
+    at, into, out = np.moveaxis(stored, 1, 0)  # vertices, in-points, out-points
+    u = np.arange(5)[:, None] / 5
+    after, last = np.roll(at, -1, axis=1)[:, :, None], np.roll(into, -1, axis=1)[:, :, None]
+    outline = (1 - u) ** 3 * at[:, :, None] + 3 * (1 - u) ** 2 * u * out[:, :, None]
+    outline = (outline + 3 * (1 - u) * u**2 * last + u**3 * after).reshape(len(stored), -1, 2)
+    found = suggest(outline, 2.0, 8)
+    keyset, seen = outline_keys(outline, found.key_frames)
+    placed, weights = capture_points(seen, keyset)
+    clip = read_clip(folder / "frames", fps=30)
+    track = track_of("body", keyset, placed, weights, np.zeros(len(seen)), held=found.held)
+    return check(CartoonMotion((track,), (keyset,), np.asarray(clip.times), float(clip.fps), clip.size))
+
+
+def test_the_hat_jumps_farther_and_does_not_jitter(data: Path, hat: CartoonMotion, sheets: Path):
+    ours = check(cartoon_curves.cartoon(hat, 1.0))
+    was, now = _reach(hat), _reach(ours)
+    print(
+        f"\nhat: width {cartoon_curves.pace(hat):.3f} s, goes {now / was:.2f} times as far, jerk {_jerk(ours, hat):.2f}"
+    )
+    assert 1.05 < now / was < 2 and _jerk(ours, hat) < 2
+    drawing = data / "drawings" / "openclipart" / "tophat_benji_park_01.svg"
+    rows = []
+    for motion in (hat, ours):
+        targets = casting.targets(casting.cast_of(drawing, motion), motion)
+        rows += [picture[:330] for picture in draw2d.draw_frames(perform(motion, targets), "#cfe2f3")][:60:6]
+    write_picture(sheets / "hat_exaggerated.png", overlay.contact_sheet(rows, columns=10, width=190))
+
+
+def test_the_rabbit_hops_higher_on_the_same_ground(rabbit: CartoonMotion, sheets: Path):
+    ours = check(footing.footed(cartoon_curves.cartoon(rabbit, 1.0), rabbit))
+    level = staging.ground(rabbit)
+    low = [motion.outline("body")[..., 1].max(axis=1) for motion in (rabbit, ours)]
+    print(
+        f"\nrabbit: width {cartoon_curves.pace(rabbit):.3f} s, hops {(level - low[0]).max():.0f} px, now {(level - low[1]).max():.0f}, jerk {_jerk(ours, rabbit):.2f}"
+    )
+    assert (level - low[1]).max() > 1.05 * (level - low[0]).max()
+    touches = np.abs(low[0] - level) < 1
+    np.testing.assert_allclose(low[1][touches], low[0][touches], atol=0.01)
+    assert low[1].max() <= max(level, low[0].max()) + 0.01
+    paper = [np.full((512, 512, 3), 235, np.uint8)] * len(rabbit.times)
+    rows = [picture for motion in (rabbit, ours) for picture in list(overlay.draw_over(paper, motion))[::4]]
+    write_picture(sheets / "rabbit_exaggerated.png", overlay.contact_sheet(rows, columns=len(rows) // 2, width=190))
+
+
+def _reach(motion: CartoonMotion) -> float:
+    """How far its middle goes from its average place, pixels, root mean square."""
+    middle = motion.outline(motion.tracks[0].part).mean(axis=1)
+    return float(np.sqrt(((middle - middle.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+
+def _jerk(ours: CartoonMotion, source: CartoonMotion) -> float:
+    """Third differences of ours, times the source's."""
+    sizes = [np.abs(np.diff(motion.outline(motion.tracks[0].part), 3, axis=0)).mean() for motion in (ours, source)]
+    return float(sizes[0] / sizes[1])
