@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mocap import quaternions as quat
+from mocap.ends import travel_of
 from mocap.rubber import amounts, exaggerate, lengths, subjoints
 from mocap.rubber import squash as squashing
 from mocap.rubber.orient import orientations
@@ -73,14 +74,16 @@ def make_rubber(
     parts = subjoints.subdivide(motion.skeleton)
     captured, turns = joints_of(motion)
     calm = exaggerate.calm_of(motion.fps, sigma) if calm is None else calm
-    deviations = exaggerate.deviation(captured, motion.fps, sigma, calm, loop)
+    travel = travel_of(captured[:, _goer(motion, captured)]) if loop else None
+    deviations = exaggerate.deviation(captured, motion.fps, sigma, calm, loop, travel)
+    deviations[:, np.ptp(captured, axis=0).max(axis=-1) == 0] = 0  # a root that stays on the floor
     omega = np.asarray(np.nan if omega is None else omega, float)
     if np.isnan(omega).any():
         omega = np.where(np.isnan(omega), amounts.omega_of(captured, deviations, parts, most_stretch), omega)
     pushed = exaggerate.pushed(captured, deviations, omega, motion.skeleton.parents)
     pushed = _in_bounds(pushed, motion, most_stretch, squash, loop)
     placed = subjoints.place(subjoints.placing(parts, hose), pushed)
-    placed = _swinging(placed, parts, motion.fps, follow, loop)
+    placed = _swinging(placed, parts, motion.fps, follow, loop, travel)
     placed = _standing(placed, parts, captured, feet, contacts, motion, most_stretch)
     return finished(motion, parts, placed, captured, turns)
 
@@ -169,12 +172,20 @@ def _in_bounds(pushed: NDArray, motion: SkeletonMotion, most_stretch: float, squ
     return lengths.stretched(pushed, parents, rest, ratio)
 
 
-def _swinging(placed: NDArray, parts: SubJoints, fps: float, share: float, loop: bool) -> NDArray:
+def _goer(motion: SkeletonMotion, captured: NDArray) -> int:
+    """The root that goes furthest: some files leave one on the floor."""
+    roots = [joint for joint, parent in enumerate(motion.skeleton.parents) if parent < 0]
+    return max(roots, key=lambda joint: np.ptp(captured[:, joint], axis=0).max())
+
+
+def _swinging(
+    placed: NDArray, parts: SubJoints, fps: float, share: float, loop: bool, travel: NDArray | None
+) -> NDArray:
     if not share:
         return placed
     from mocap.rubber import followthrough
 
-    return placed + share * (followthrough.follow(placed, parts.parents, fps, loop=loop) - placed)
+    return placed + share * (followthrough.follow(placed, parts.parents, fps, loop=loop, travel=travel) - placed)
 
 
 def _standing(

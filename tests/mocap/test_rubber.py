@@ -166,6 +166,17 @@ def test_written_as_bvh_it_reads_the_same(tmp_path):
     np.testing.assert_allclose(back.positions(), made.positions[:, order], atol=1e-5)
 
 
+@pytest.mark.parametrize("follow", [0.0, 1.0])
+def test_a_walk_of_one_round_stays_a_loop(follow):
+    """Against the middle one of seven rounds that go on: what is made of one round is what is made of it there."""
+    once, many = (_striding(rounds) for rounds in (1, 7))
+    count = len(once)
+    made = rubber.make_rubber(once, loop=True, omega=4, feet=(), follow=follow).positions
+    middle = rubber.make_rubber(many, omega=4, feet=(), follow=follow).positions[3 * count : 4 * count]
+    away = 3 * many.translation[count, 0] * [0, 0, 1]
+    np.testing.assert_allclose(made + away, middle, atol=1e-3)
+
+
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_clips_of_a_few_frames_are_no_error(count):
     made = rubber.make_rubber(_kicking().part(0, count))
@@ -176,6 +187,20 @@ def _turned_off(rotation):
     """All joints turned by a radian."""
     away = Rotation.from_rotvec([0, 0, 1.0])
     return (Rotation.from_quat(rotation.reshape(-1, 4)) * away).as_quat().reshape(rotation.shape)
+
+
+def _striding(rounds, count=72, fps=60):
+    """Rounds of 72 frames in which the hips go 1.2 m, up and down, and limbs swing."""
+    body = _kicking(count).skeleton
+    angle = 2 * np.pi * np.arange(rounds * count) / count
+    translation = np.tile(body.offsets, (len(angle), 1, 1))
+    translation[:, 0, 2] = 1.2 / count * np.arange(len(angle))
+    translation[:, 0, 1] += 0.03 * np.cos(2 * angle)
+    rotation = np.tile([0, 0, 0, 1.0], (len(angle), len(body), 1))
+    for name, size, late in (("thigh", 0.6, 0), ("shin", 0.4, 1), ("other thigh", 0.6, np.pi), ("arm", 0.5, 2)):
+        turn = size * np.sin(angle + late)
+        rotation[:, body.names.index(name)] = Rotation.from_rotvec(turn[:, None] * [1.0, 0, 0]).as_quat()
+    return SkeletonMotion(body, translation, rotation, fps)
 
 
 def _kicking(count=150, fps=60):
