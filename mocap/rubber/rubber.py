@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capture.errors import InputError
 from mocap import quaternions as quat
 from mocap.ends import travel_of
-from mocap.rubber import amounts, exaggerate, lengths, subjoints
+from mocap.rubber import amounts, collide, exaggerate, lengths, subjoints
 from mocap.rubber import squash as squashing
 from mocap.rubber.orient import orientations
 from mocap.rubber.subjoints import SubJoints
@@ -53,6 +54,7 @@ def make_rubber(
     follow: float = 0.0,
     feet: Sequence[int] | None = None,
     contacts: NDArray | None = None,
+    apart: bool = False,
     calm: ArrayLike | None = None,
     loop: bool = False,
 ) -> RubberMotion:
@@ -63,13 +65,17 @@ def make_rubber(
     `sigma` is the seconds of the average that is exaggerated against, `squash` 0 to 1 how much stretch takes turns
     with squash, `hose` 0 to 1 how round limbs bend, `follow` 0 to 1 how much of the springs' swing is taken.  The
     joints `feet` (F,) stay where they were captured while in `contacts` (T, F), and go no lower than they ever were;
-    not given, they are found; an empty list lets feet go where they will.
+    not given, they are found; an empty list lets feet go where they will.  `apart` keeps limbs from going through each
+    other further than they were captured to; it takes several times as long as all else.
     """
+    if not most_stretch >= 1:
+        raise InputError(
+            f"links may become 1 or more times as long as they are, not {most_stretch:g}: choose such as 1.6"
+        )
     if posed_first(motion):
-        rest = None if contacts is None else contacts[1:]
-        later = motion.part(1, len(motion))
-        later = make_rubber(later, omega, sigma, most_stretch, squash, hose, follow, feet, rest, calm, loop)
-        return _joined(plain(motion.part(0, 1), hose), later, rooted(motion))
+        omega, sigma, contacts, calm = (_later(values, len(motion)) for values in (omega, sigma, contacts, calm))
+        own = (omega, sigma, most_stretch, squash, hose, follow, feet, contacts, apart, calm, loop)
+        return _joined(plain(motion.part(0, 1), hose), make_rubber(motion.part(1, len(motion)), *own), rooted(motion))
     motion = rooted(motion)
     parts = subjoints.subdivide(motion.skeleton)
     captured, turns = joints_of(motion)
@@ -84,6 +90,8 @@ def make_rubber(
     pushed = _in_bounds(pushed, motion, most_stretch, squash, loop)
     placed = subjoints.place(subjoints.placing(parts, hose), pushed)
     placed = _swinging(placed, parts, motion.fps, follow, loop, travel)
+    if apart:
+        placed = collide.pushed_apart(placed, captured, parts, motion.fps)
     placed = _standing(placed, parts, captured, feet, contacts, motion, most_stretch)
     return finished(motion, parts, placed, captured, turns)
 
@@ -170,6 +178,11 @@ def _in_bounds(pushed: NDArray, motion: SkeletonMotion, most_stretch: float, squ
         ratio = squashing.alternating(ratio, motion.fps, squash, loop=loop)
     ratio = lengths.bounded(ratio, 1 / most_stretch, most_stretch, SOFT)
     return lengths.stretched(pushed, parents, rest, ratio)
+
+
+def _later(values: ArrayLike | None, count: int) -> ArrayLike | None:
+    """What is given for every frame of `count`, without the first."""
+    return values[1:] if np.ndim(values) == 2 and len(values) == count else values
 
 
 def _goer(motion: SkeletonMotion, captured: NDArray) -> int:

@@ -26,6 +26,7 @@ def exaggerate(
     hose: float = 1.0,
     follow: float = 0.5,
     slide: bool = False,
+    through: bool = False,
     loop: bool = False,
     fps: float | None = None,
     strict: bool = False,
@@ -55,6 +56,8 @@ def exaggerate(
         0 to 1: how far limbs swing after on springs.
     slide
         Let feet go where the exaggeration takes them.
+    through
+        Let limbs go through each other.
     loop
         The clip is one round of a loop, and stays one.
     fps
@@ -74,7 +77,9 @@ def exaggerate(
     motion = upright(read_bvh(clip, strict, fps))
     wanted = _omegas(motion, omega, part)
     feet = () if slide else None
-    made = rubber.make_rubber(motion, wanted, sigma, stretch, squash, hose, follow, feet, loop=loop)
+    made = rubber.make_rubber(
+        *(motion, wanted, sigma, stretch, squash, hose, follow, feet), apart=not through, loop=loop
+    )
     tell(f"{clip}: {note}" for note in made.source.notes)
     out = out or Path(stem(clip) + ".rubber.bvh")
     if out.suffix.lower() == ".bvh":

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from capture.errors import InputError
 from mocap.bvh import read_bvh, write_bvh
-from mocap.rubber import lengths, rubber, squash
+from mocap.rubber import collide, lengths, rubber, squash
 from mocap.skeleton import Skeleton, SkeletonMotion
 
 
@@ -166,6 +167,46 @@ def test_written_as_bvh_it_reads_the_same(tmp_path):
     np.testing.assert_allclose(back.positions(), made.positions[:, order], atol=1e-5)
 
 
+def test_amounts_over_time_leave_out_the_pose_set_before():
+    motion = _kicking()
+    posed = replace(
+        motion,
+        rotation=np.concatenate([_turned_off(motion.rotation[:1]), motion.rotation]),
+        translation=np.concatenate([motion.translation[:1], motion.translation]),
+    )
+    omega = np.linspace(1, 5, len(posed))[:, None]
+    made = rubber.make_rubber(posed, omega)
+    np.testing.assert_allclose(made.positions[1:], rubber.make_rubber(motion, omega[1:]).positions, atol=1e-12)
+
+
+def test_nan_is_as_much_as_is_right_and_numbers_are_kept():
+    motion = _kicking()
+    arm = motion.skeleton.names.index("arm")
+    omega = np.full(len(motion.skeleton), np.nan)
+    omega[[arm, arm + 1, arm + 2]] = 1
+    made = rubber.make_rubber(motion, omega, hose=0, squash=0, feet=())
+    captured, joints = motion.positions(), made.positions[:, made.subjoints.ends]
+    np.testing.assert_allclose(np.diff(joints[:, arm:], axis=1), np.diff(captured[:, arm:], axis=1), atol=1e-9)
+    np.testing.assert_allclose(joints[:, :4], _ends(rubber.make_rubber(motion, hose=0, squash=0, feet=()))[:, :4])
+
+
+def test_limbs_are_kept_from_going_through_each_other():
+    """A leg that swings across the other, exaggerated: with `apart` it goes less deep into it."""
+    motion = _kicking()
+    across = Rotation.from_rotvec(0.25 * np.sin(np.arange(len(motion)) / 12)[:, None] * [0, 0, -1.0])
+    rotation = motion.rotation.copy()
+    rotation[:, 1] = (Rotation.from_quat(rotation[:, 1]) * across).as_quat()
+    motion = replace(motion, rotation=rotation)
+    through, apart = (rubber.make_rubber(motion, omega=5, feet=(), apart=it) for it in (False, True))
+    deep = [collide.overlaps(_ends(it), motion.positions(), motion.skeleton).max() for it in (through, apart)]
+    assert deep[0] > 0.02 and deep[1] < 0.5 * deep[0]
+
+
+def test_a_stretch_that_is_none_is_refused():
+    with pytest.raises(InputError, match="1 or more"):
+        rubber.make_rubber(_kicking(), most_stretch=0.5)
+
+
 @pytest.mark.parametrize("follow", [0.0, 1.0])
 def test_a_walk_of_one_round_stays_a_loop(follow):
     """Against the middle one of seven rounds that go on: what is made of one round is what is made of it there."""
@@ -181,6 +222,11 @@ def test_a_walk_of_one_round_stays_a_loop(follow):
 def test_clips_of_a_few_frames_are_no_error(count):
     made = rubber.make_rubber(_kicking().part(0, count))
     assert len(made) == count and np.isfinite(made.positions).all() and np.isfinite(made.rotation).all()
+
+
+def _ends(made):
+    """Where the joints are (T, J, 3)."""
+    return made.positions[:, made.subjoints.ends]
 
 
 def _turned_off(rotation):
