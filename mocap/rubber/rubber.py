@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from capture.errors import InputError
 from mocap import quaternions as quat
 from mocap.ends import travel_of
-from mocap.rubber import amounts, collide, exaggerate, lengths, subjoints
+from mocap.rubber import amounts, collide, exaggerate, hips, lengths, soles, subjoints
+from mocap.rubber import feet as standing
 from mocap.rubber import squash as squashing
 from mocap.rubber.orient import orientations
 from mocap.rubber.subjoints import SubJoints
@@ -90,9 +91,11 @@ def make_rubber(
     pushed = _in_bounds(pushed, motion, most_stretch, squash, loop)
     placed = subjoints.place(subjoints.placing(parts, hose), pushed)
     placed = _swinging(placed, parts, motion.fps, follow, loop, travel)
+    feet, contacts = soles.found(motion, captured) if feet is None else (feet, contacts)
+    placed = _standing(placed, parts, captured, feet, contacts, motion.fps, most_stretch)
     if apart:
         placed = collide.pushed_apart(placed, captured, parts, motion.fps)
-    placed = _standing(placed, parts, captured, feet, contacts, motion, most_stretch)
+        placed = _kept(placed, parts, captured, feet, contacts, motion.fps)
     return finished(motion, parts, placed, captured, turns)
 
 
@@ -205,25 +208,24 @@ def _standing(
     placed: NDArray,
     parts: SubJoints,
     captured: NDArray,
-    feet: Sequence[int] | None,
+    feet: Sequence[int],
     contacts: NDArray | None,
-    motion: SkeletonMotion,
+    fps: float,
     most_stretch: float,
 ) -> NDArray:
-    from mocap.rubber import feet as standing
-    from mocap.rubber import hips, soles
-
-    if feet is None:
-        feet, contacts = soles.found(motion, captured)
     if not len(feet):
         return placed
     if contacts is not None:
-        placed = hips.carried(placed, parts, captured, feet, contacts, motion.fps, most_stretch, SETTLE)
-    placed = standing.above(placed, parts, feet, captured, motion.fps)
-    if contacts is not None:
-        placed = standing.kept(placed, parts, captured, feet, contacts, motion.fps, SETTLE)
+        placed = hips.carried(placed, parts, captured, feet, contacts, fps, most_stretch, SETTLE)
+    placed = _kept(standing.above(placed, parts, feet, captured, fps), parts, captured, feet, contacts, fps)
     placed[..., 1] = np.maximum(placed[..., 1], captured[..., 1].min())  # nor does a bent shin, between its joints
     return placed
+
+
+def _kept(
+    placed: NDArray, parts: SubJoints, captured: NDArray, feet: Sequence[int], contacts: NDArray | None, fps: float
+) -> NDArray:
+    return placed if contacts is None else standing.kept(placed, parts, captured, feet, contacts, fps, SETTLE)
 
 
 def _joined(first: RubberMotion, later: RubberMotion, source: SkeletonMotion) -> RubberMotion:
