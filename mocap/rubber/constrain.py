@@ -45,7 +45,7 @@ def constrained(positions: NDArray, subjoints: SubJoints, goals: Sequence[Goal])
     """Sub-joints (T, S, 3) with every goal met; what hangs on a moved limb goes along with it.
 
     Goals of one limb are met together.  In frames that hold several goals partly, the limbs bent for each set of
-    them are mixed, so that a goal held wholly stays met while another lets go.
+    them are mixed, so that a goal held wholly stays met while another lets go; goals that are held alike are one set.
     """
     moved = positions.copy()
     for limb in _limbs(subjoints, goals):
@@ -54,13 +54,14 @@ def constrained(positions: NDArray, subjoints: SubJoints, goals: Sequence[Goal])
         busy = np.flatnonzero(np.max([goal.hold for goal in limb], axis=0) > 0)
         start = moved[busy][:, chain]
         share = np.zeros((len(busy), len(chain), 3))
-        for choice in product((False, True), repeat=len(limb)):
-            weight = np.prod([_held(goal.hold[busy], on) for goal, on in zip(limb, choice)], axis=0)
+        together = _alike([goal.hold for goal in limb])
+        for choice in product((False, True), repeat=max(together) + 1):
+            weight = np.prod([_held(limb[together.index(k)].hold[busy], on) for k, on in enumerate(choice)], axis=0)
             if not any(choice) or not weight.any():
                 continue
             on = np.flatnonzero(weight)
-            nodes = [chain.index(end) for end, chosen in zip(ends, choice) if chosen]
-            places = np.stack([goal.places[busy[on]] for goal, chosen in zip(limb, choice) if chosen], axis=1)
+            nodes = [chain.index(end) for end, k in zip(ends, together) if choice[k]]
+            places = np.stack([goal.places[busy[on]] for goal, k in zip(limb, together) if choice[k]], axis=1)
             share[on] += weight[on, None, None] * (bent(start[on], nodes, places) - start[on])
         shift = np.zeros((len(busy), len(subjoints.parents), 3))
         shift[:, chain] = share
@@ -97,6 +98,12 @@ def easing(frames: NDArray, fps: float, blend: float = BLEND) -> NDArray:
 
 def _held(hold: NDArray, on: bool) -> NDArray:
     return hold if on else 1 - hold
+
+
+def _alike(holds: list[NDArray]) -> list[int]:
+    """A number for each of several curves (T,), from 0 on; the same for those that are the same."""
+    first = [next(k for k, other in enumerate(holds) if np.array_equal(hold, other)) for hold in holds]
+    return [sorted(set(first)).index(k) for k in first]
 
 
 def _carried_on(places: NDArray, frames: NDArray) -> NDArray:

@@ -36,18 +36,24 @@ def kept(
 
 
 def above(
-    positions: NDArray, subjoints: SubJoints, feet: Sequence[int], captured: NDArray, fps: float, ease: float = 0.08
+    positions: NDArray,
+    subjoints: SubJoints,
+    feet: Sequence[int],
+    captured: NDArray,
+    fps: float,
+    ease: float = 0.08,
+    floor: float | None = None,
 ) -> NDArray:
-    """Sub-joints (T, S, 3) with legs lifted where a foot would go lower than it ever was captured.
+    """Sub-joints (T, S, 3) with legs lifted where a foot would go lower than it ever was captured, or than `floor`.
 
     Each leg is lifted by what its lowest foot joint lacks, so that a foot keeps its slope; it sets out `ease` seconds
     before and settles as long after, for a foot that hit the floor would tremble.
     """
     goals = []
     for joints in _legs(subjoints, feet):
-        floor = captured[:, joints, 1].min(axis=0)
+        lowest = captured[:, joints, 1].min(axis=0) if floor is None else floor
         here = positions[:, subjoints.ends[list(joints)], 1]
-        lack = (floor - here).max(axis=1)
+        lack = (lowest - here).max(axis=1)
         if lack.max() < LEAST:
             continue
         lack = _eased(np.where(lack < LEAST, 0.0, lack), round(ease * fps))

@@ -217,9 +217,22 @@ def _standing(
         return placed
     if contacts is not None:
         placed = hips.carried(placed, parts, captured, feet, contacts, fps, most_stretch, SETTLE)
-    placed = _kept(standing.above(placed, parts, feet, captured, fps), parts, captured, feet, contacts, fps)
-    placed[..., 1] = np.maximum(placed[..., 1], captured[..., 1].min())  # nor does a bent shin, between its joints
+    floor = captured[..., 1].min()
+    hands = [group[-1] for group in parts.groups if group[-1] not in feet]
+    placed = standing.above(placed, parts, _with_what_hangs_on(parts.skeleton, feet), captured, fps)
+    placed = standing.above(placed, parts, hands, captured, fps, floor=floor)
+    placed = _kept(placed, parts, captured, feet, contacts, fps)
+    between = parts.along < 1  # nor does a bent shin go through the floor
+    placed[:, between, 1] = np.maximum(placed[:, between, 1], floor)
     return placed
+
+
+def _with_what_hangs_on(skeleton: Skeleton, joints: Sequence[int]) -> list[int]:
+    found = set(joints)
+    for child, parent in enumerate(skeleton.parents):
+        if parent in found:
+            found.add(child)
+    return sorted(found)
 
 
 def _kept(
