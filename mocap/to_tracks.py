@@ -91,16 +91,19 @@ def _lie(acting: Performer, bone: Bone, casting: Casting, foreshorten: float) ->
     seen = vectors @ view.T
     length = np.maximum(np.linalg.norm(vectors, axis=-1), 1e-12)
     flat = (seen[..., 0] - 1j * seen[..., 1]) / length  # y down; its size is the share that shows
-    start, whole = complex(*(marks.places[bone.mark] - marks.places[marks.parents[bone.mark]])), 1.0
+    drawn = complex(*(marks.places[bone.mark] - marks.places[marks.parents[bone.mark]]))
+    start, whole, sense = drawn, 1.0, 1.0
     if not bone.pointing:
         seen_rest = rest @ view.T
         start = seen_rest[:, 0] - 1j * seen_rest[:, 1]
         whole = np.abs(start)  # the share of each piece that shows at rest
         if whole.min() < SIDEWAYS:
             return None
+        if bone.part == "legs" and drawn.real * start[0].real < 0:
+            sense = -1.0  # a foot that is drawn the other way round lifts its own heel
     shown = stretch * _shown(np.abs(flat) / whole, foreshorten)
     clear = np.array(CLEAR) * min(1.0, 2 * (1 - foreshorten))
-    turn = np.angle(_steady(flat, acting.fps, *clear) / start)
+    turn = sense * np.angle(_steady(flat, acting.fps, *clear) / start)
     return Lie(turn, shown, thickness, _depth(acting, bone, casting))
 
 

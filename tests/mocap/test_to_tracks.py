@@ -192,6 +192,27 @@ def test_a_tail_swings_after_the_body_and_comes_to_rest():
     np.testing.assert_array_equal(*played)
 
 
+def test_feet_that_are_drawn_apart_lift_their_own_heels():
+    names, parents, offsets = stickman.skeleton()
+    toes = {"LeftToe": ("LeftFoot", (0, -0.05, 0.15)), "RightToe": ("RightFoot", (0, -0.05, 0.15))}
+    own = Skeleton(
+        (*names, *toes),
+        (*parents, *(names.index(up) for up, _ in toes.values())),
+        np.vstack([offsets, *(offset for _, offset in toes.values())]),
+    )
+    rotation = np.tile([0, 0, 0, 1.0], (3, len(own), 1))
+    for side in ("Left", "Right"):
+        rotation[:, own.names.index(f"{side}Foot")] = Rotation.from_rotvec((0.6, 0, 0)).as_quat()  # toes down
+    motion = SkeletonMotion(own, np.tile(own.offsets, (3, 1, 1)), rotation, 30.0)
+    plain = _marks()
+    ankles = {side: plain.names.index(f"{side}_foot") for side in ("left", "right")}
+    places = np.vstack([plain.places, plain.places[ankles["left"]] + (16, 5), plain.places[ankles["right"]] + (-16, 5)])
+    marks = Marks((*plain.names, "left_toe", "right_toe"), (*plain.parents, *ankles.values()), places)
+    tracks = to_tracks(motion, marks, cast_marks(motion, marks, Views(legs=90.0)))
+    left, right = (affine.turn(total_affine(tracks, f"{side}_toe")[0]) for side in ("left", "right"))
+    assert left == pytest.approx(0.6) and right == pytest.approx(-0.6)  # each toe goes down, y being down
+
+
 def test_an_arm_that_points_at_the_viewer_keeps_a_direction_and_some_length():
     swing = np.linspace(-0.5, 0.5, 40)[:, None] * (0, 0, 1) + (0, -np.pi / 2, 0)
     motion, marks = _moving({"LeftArm": swing}, 40), _marks()
