@@ -101,6 +101,20 @@ def test_legs_that_stride_are_seen_from_the_side_and_go_to_the_right():
     assert np.corrcoef(knee - hip, -swing[:, 0])[0, 1] > 0.99
 
 
+def test_legs_that_crouch_and_spread_are_seen_from_the_front():
+    """A jumping jack: knees go far forward, feet only to the sides."""
+    phase = np.linspace(0, 4 * np.pi, 60)[:, None]
+    crouch, spread = 0.6 * (1 - np.cos(phase)) * (1, 0, 0), 0.35 * (1 - np.cos(phase)) * (0, 0, 1)
+    turns = {
+        "LeftUpLeg": spread - crouch,
+        "RightUpLeg": -spread - crouch,
+        "LeftLeg": 2 * crouch,
+        "RightLeg": 2 * crouch,
+    }
+    casting = cast_marks(_moving(turns, 60), _marks())
+    assert casting.views.legs == 0.0
+
+
 def test_a_drawing_of_a_side_is_seen_from_the_side():
     narrow = {name: (x, y) for name, x, y in (("left_shoulder", 3, -143), ("right_shoulder", -3, -143))}
     narrow |= {"left_hip": (2, -90), "right_hip": (-2, -90)}
