@@ -15,7 +15,7 @@ FRONT, SIDE = 0.0, 90.0
 """Degrees that the viewer stands round from the performer's front, towards its right side: then it faces right."""
 
 BETTER = 1.5
-"""Limbs are seen from the side only if they reach out so much more there, in squares; most drawings show a front."""
+"""Limbs are seen from the side only if they go so much farther there, in squares: most drawings show a front."""
 
 STEADY = 0.25
 """Seconds over which the way the performer faces is averaged: hips that swing in a walk are the walk's own."""

@@ -164,6 +164,13 @@ def test_a_limb_is_drawn_before_the_body_when_it_is_nearer_and_does_not_flicker(
     assert len(np.unique(calm)) == 1
 
 
+def test_a_leg_that_kicked_to_the_viewer_goes_behind_the_coat_again():
+    kick = np.concatenate([np.zeros(10), np.full(10, 1.4), np.zeros(10)])[:, None] * (-1, 0, 0)
+    motion, marks = _moving({"LeftUpLeg": kick}, 30), _marks()
+    order = to_tracks(motion, marks, cast_marks(motion, marks, Views())).track("left_knee 1").order
+    assert (order[10:20] > 0).all() and (order[:10] < 0).all() and (order[20:] < 0).all()
+
+
 def test_a_foot_that_stands_does_not_slide_under_legs_of_other_lengths():
     lean = np.linspace(-0.35, 0.35, 60)  # the left leg stands on its foot and the body goes over it
     turns = {"LeftUpLeg": lean[:, None] * (1, 0, 0), "RightUpLeg": (-1.2, 0, 0), "RightLeg": (1.6, 0, 0)}
