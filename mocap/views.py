@@ -61,8 +61,8 @@ def turned(vectors: NDArray, heading: NDArray) -> NDArray:
     return np.stack([c * x - s * z, y, s * x + c * z], axis=-1)
 
 
-def chosen(reaches: dict[str, NDArray], profile: bool) -> Views:
-    """Views for a drawing that shows its front, or its `profile`, by where limbs go (T, n, 3), as shares of their length.
+def chosen(ways: dict[str, NDArray], profile: bool) -> Views:
+    """Views for a drawing that shows its front, or its `profile`, by where limbs go (T, n, 3) against their length.
 
     They are told in the performer's frame.  Of front and side, limbs are seen from where they go farther out.
     """
@@ -70,9 +70,7 @@ def chosen(reaches: dict[str, NDArray], profile: bool) -> Views:
         return Views(SIDE, SIDE, SIDE, note="seen from its right side, for the drawing shows a side")
     angles, told = {}, []
     for part in ("arms", "legs"):
-        across, _, along = (
-            np.einsum("tnx,tnx->x", reaches[part], reaches[part]) if reaches[part].size else (1.0, 0.0, 0.0)
-        )
+        across, _, along = np.einsum("tnx,tnx->x", ways[part], ways[part]) if ways[part].size else (1.0, 0.0, 0.0)
         angles[part] = SIDE if along > BETTER * across else FRONT
         told.append(f"{part} {'side' if angles[part] else 'front'} ({along / max(across, 1e-9):.1f} deep to 1 wide)")
     return Views(FRONT, angles["arms"], angles["legs"], note=f"seen from the front; {', '.join(told)}")
