@@ -112,7 +112,9 @@ def cast_marks(motion: SkeletonMotion | RubberMotion, marks: Marks, views: Views
     bones = tuple(_bone(joint, marks, pairs) for joint in range(len(marks)) if marks.lengths()[joint] > 0)
     if views is None:
         acting = performer(motion)
-        seen = {part: _directions(acting, bones, part) for part in ("arms", "legs")}
+        seen = {
+            part: _directions(acting, tuple(bone for bone in bones if bone.part == part)) for part in ("arms", "legs")
+        }
         views = viewing.chosen(seen, _in_profile(marks, pairs))
     return Casting(marks, bones, pairs, views, (told, views.note) if views.note else (told,))
 
@@ -186,15 +188,16 @@ def _bone(joint: int, marks: Marks, pairs: dict[str, tuple[int, int]]) -> Bone:
     return Bone(joint, part, limb, pieces, (start, pairs[role][1]), pointing=pointing)
 
 
-def _directions(acting: Performer, bones: tuple[Bone, ...], part: str) -> NDArray:
-    """Unit vectors (T, n, 3) of a part's bones that point where the performer's do."""
-    found = [
-        sub_links(acting, bone)[0].sum(axis=1) for bone in bones if bone.part == part and bone.pointing and bone.joints
-    ]
-    if not found:
-        return np.zeros((0, 0, 3))
-    vectors = np.stack(found, axis=1)
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
+def _directions(acting: Performer, bones: tuple[Bone, ...]) -> NDArray:
+    """Where arms and legs go (T, n, 3), as shares of their length: bones of arms, for an elbow that sticks out is a
+    pose, but legs from hip to foot, for a knee that bends takes thigh and shank to and fro and the foot nowhere."""
+    limbs: dict[str, list[NDArray]] = {}
+    for bone in bones:
+        if bone.pointing and bone.joints:
+            limb = bone.limb if bone.part == "legs" else str(bone.mark)
+            limbs.setdefault(limb, []).append(sub_links(acting, bone)[0].sum(axis=1))
+    found = [sum(own) / max(sum(np.linalg.norm(way, axis=1).mean() for way in own), 1e-9) for own in limbs.values()]
+    return np.stack(found, axis=1) if found else np.zeros((0, 0, 3))
 
 
 def _joints(motion: SkeletonMotion | RubberMotion) -> NDArray:

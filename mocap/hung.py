@@ -9,6 +9,9 @@ from capture.motion import affine
 from mocap.bones import Bone
 from mocap.marks import Marks
 
+END, STUB = "end", 0.6
+"""What lies beyond a limb's last joint is a part of its own, so many sub-links long: "left_hand end" is the hand."""
+
 SWING = 1.8
 """Hz at which what nobody plays, such as a tail, swings after the body."""
 
@@ -30,7 +33,7 @@ class Lie:
 class Part:
     """A sub-link, or the root."""
 
-    name: str  # the joint it leads to, with a number where the bone is cut
+    name: str  # the joint it leads to, with a number where the bone is cut, or END
     parent: str  # the part before it, or ""
     limb: str  # what is drawn as one
     start: NDArray  # (2,) in the drawing
@@ -80,6 +83,10 @@ def hung(marks: Marks, bones: tuple[Bone, ...], lies: dict[int, Lie], pelvis: ND
                 parts.append(above)
                 start = start + linear @ step
             places[:, joint] = start
+            if lie is not None and lie.turn.shape[1] > 1 and joint not in marks.parents:
+                drawn, linear = (here, here + STUB * step), _linear(lie.turn[:, -1], 0.0)
+                stub = _part(f"{marks.names[joint]} {END}", above.name, of_mark[joint].limb, *drawn, linear, start)
+                parts.append(stub)  # a hand or a foot: it turns with its limb, and keeps its size
         carries[joint] = len(parts) - 1
     return Hung(tuple(parts), places)
 

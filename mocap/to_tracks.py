@@ -40,7 +40,8 @@ UNSURE = 0.12
 """Seconds around, from where a direction is taken while a limb points at the viewer."""
 
 BEFORE = 0.05
-"""A limb changes from behind the body to before it when it is nearer by this share of the performer's height."""
+"""A limb goes to the other side of the body when it is there by this share of the performer's height, and comes back
+when it is there by less than half of it."""
 
 THIN = 0.15
 """A sub-link's quad is this wide, as a share of its bone's length."""
@@ -91,16 +92,19 @@ def _lie(acting: Performer, bone: Bone, casting: Casting, foreshorten: float) ->
     seen = vectors @ view.T
     length = np.maximum(np.linalg.norm(vectors, axis=-1), 1e-12)
     flat = (seen[..., 0] - 1j * seen[..., 1]) / length  # y down; its size is the share that shows
-    start, whole = complex(*(marks.places[bone.mark] - marks.places[marks.parents[bone.mark]])), 1.0
+    drawn = complex(*(marks.places[bone.mark] - marks.places[marks.parents[bone.mark]]))
+    start, whole, sense = drawn, 1.0, 1.0
     if not bone.pointing:
         seen_rest = rest @ view.T
         start = seen_rest[:, 0] - 1j * seen_rest[:, 1]
         whole = np.abs(start)  # the share of each piece that shows at rest
         if whole.min() < SIDEWAYS:
             return None
+        if bone.part == "legs" and drawn.real * start[0].real < 0:
+            sense = -1.0  # a foot that is drawn the other way round lifts its own heel
     shown = stretch * _shown(np.abs(flat) / whole, foreshorten)
     clear = np.array(CLEAR) * min(1.0, 2 * (1 - foreshorten))
-    turn = np.angle(_steady(flat, acting.fps, *clear) / start)
+    turn = sense * np.angle(_steady(flat, acting.fps, *clear) / start)
     return Lie(turn, shown, thickness, _depth(acting, bone, casting))
 
 
@@ -176,9 +180,11 @@ def _orders(acting: Performer, casting: Casting, lies: dict[int, Lie]) -> dict[s
         own = [lies[bone.mark].depth for bone in casting.bones if bone.limb == limb and bone.mark in lies]
         near = np.mean(own, axis=0) if own else np.zeros(len(acting.positions))
         arm, middle = limb.endswith("arm"), float(np.median(near)) / tall
-        state, states = middle > 0 if abs(middle) > BEFORE else arm, []
+        usual = middle > 0 if abs(middle) > BEFORE else arm  # before the body, or behind it
+        state, states = usual, []
         for depth in near / tall:
-            state = depth > -BEFORE if state else depth > BEFORE
+            away = -depth if usual else depth  # how clearly it is on the other side
+            state = usual if away < BEFORE / 2 else not usual if away > BEFORE else state
             states.append(state)
         orders[limb] = np.where(states, 1, -1) * (2 if arm else 1)
     return orders

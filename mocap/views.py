@@ -15,7 +15,7 @@ FRONT, SIDE = 0.0, 90.0
 """Degrees that the viewer stands round from the performer's front, towards its right side: then it faces right."""
 
 BETTER = 1.5
-"""Limbs are seen from the side only if they move so much more there, in squares; most drawings show a front."""
+"""Limbs are seen from the side only if they go so much farther there, in squares: most drawings show a front."""
 
 STEADY = 0.25
 """Seconds over which the way the performer faces is averaged: hips that swing in a walk are the walk's own."""
@@ -61,16 +61,16 @@ def turned(vectors: NDArray, heading: NDArray) -> NDArray:
     return np.stack([c * x - s * z, y, s * x + c * z], axis=-1)
 
 
-def chosen(bones: dict[str, NDArray], profile: bool) -> Views:
-    """Views for a drawing that shows its front, or its `profile`, and bones (T, n, 3) of each part, frame by frame.
+def chosen(ways: dict[str, NDArray], profile: bool) -> Views:
+    """Views for a drawing that shows its front, or its `profile`, by where limbs go (T, n, 3) against their length.
 
-    Bones are in the performer's frame.  Of front and side, limbs are seen from where they are longer and move more.
+    They are told in the performer's frame.  Of front and side, limbs are seen from where they go farther out.
     """
     if profile:
         return Views(SIDE, SIDE, SIDE, note="seen from its right side, for the drawing shows a side")
     angles, told = {}, []
     for part in ("arms", "legs"):
-        across, _, along = np.einsum("tnx,tnx->x", bones[part], bones[part]) if bones[part].size else (1.0, 0.0, 0.0)
+        across, _, along = np.einsum("tnx,tnx->x", ways[part], ways[part]) if ways[part].size else (1.0, 0.0, 0.0)
         angles[part] = SIDE if along > BETTER * across else FRONT
         told.append(f"{part} {'side' if angles[part] else 'front'} ({along / max(across, 1e-9):.1f} deep to 1 wide)")
     return Views(FRONT, angles["arms"], angles["legs"], note=f"seen from the front; {', '.join(told)}")

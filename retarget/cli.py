@@ -8,7 +8,18 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import capturing, dancing, exaggerating, lending, many, moving, playing, proposing, start
+from retarget.commands import (
+    capturing,
+    dancing,
+    exaggerating,
+    lending,
+    many,
+    moving,
+    playing,
+    proposing,
+    rubbering,
+    start,
+)
 from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
@@ -19,7 +30,12 @@ COMMANDS: tuple[Callable[..., str], ...] = (
     lending.retarget,
     proposing.propose,
 )
-MOCAP: tuple[Callable[..., str], ...] = (moving.report, playing.play, dancing.dance)
+MOCAP: tuple[Callable[..., str], ...] = (
+    moving.report,
+    rubbering.exaggerate,
+    playing.play,
+    dancing.dance,
+)
 """The subcommands of `tooncap mocap`."""
 
 

@@ -16,6 +16,7 @@ from capture.errors import InputError
 from capture.motion import affine, triangulate
 from capture.motion.keys import KeySet
 from mocap import marks as marking
+from mocap.hung import END, STUB
 from mocap.marks import Marks
 from retarget.characters import paths
 from retarget.characters.drawing import Drawing, drawing
@@ -85,29 +86,30 @@ def segments(marks: Marks, names: tuple[str, ...]) -> Segments:
     """Where the parts of a motion, called after the marked joints they lead to ("left_elbow 2"), lie on a drawing."""
     cut: dict[str, int] = {}
     for name in names:
-        joint, number = _joint_of(name, marks)
-        cut[joint] = max(cut.get(joint, 1), number)
+        joint, piece = _joint_of(name, marks)
+        cut[joint] = max(cut.get(joint, 1), 1 if piece == END else int(piece))
     roles = {mark: role for role, mark in marking.roles(marks.skeleton()).items()}
     starts, stops, limbs = [], [], []
     for name in names:
-        joint, number = _joint_of(name, marks)
+        joint, piece = _joint_of(name, marks)
         at = marks.names.index(joint)
         up = marks.parents[at] if marks.parents[at] >= 0 else at
         way = (marks.places[at] - marks.places[up]) / cut[joint]
-        starts.append(marks.places[up] + (number - 1) * way)
-        stops.append(starts[-1] + way)
+        starts.append(marks.places[at] if piece == END else marks.places[up] + (int(piece) - 1) * way)
+        stops.append(starts[-1] + (STUB * way if piece == END else way))
         limbs.append(marking.limb_of(at, marks.parents, roles))
     return Segments(tuple(names), np.array(starts), np.array(stops), tuple(limbs))
 
 
-def _joint_of(name: str, marks: Marks) -> tuple[str, int]:
-    stem, _, number = name.rpartition(" ")
-    joint, number = (stem, int(number)) if number.isdigit() and stem in marks.names else (name, 1)
+def _joint_of(name: str, marks: Marks) -> tuple[str, str]:
+    """The joint a part is called after, and which piece of its bone it is: a number from 1, or END."""
+    stem, _, piece = name.rpartition(" ")
+    joint, piece = (stem, piece) if (piece.isdigit() or piece == END) and stem in marks.names else (name, "1")
     if joint not in marks.names:
         raise InputError(
             f"a motion's parts must be called after the marked joints {', '.join(marks.names)}; {name!r} is none"
         )
-    return joint, number
+    return joint, piece
 
 
 def _picture_pieces(pixels: NDArray, parts: Segments) -> tuple[Piece, ...]:

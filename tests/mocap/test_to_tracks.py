@@ -101,6 +101,20 @@ def test_legs_that_stride_are_seen_from_the_side_and_go_to_the_right():
     assert np.corrcoef(knee - hip, -swing[:, 0])[0, 1] > 0.99
 
 
+def test_legs_that_crouch_and_spread_are_seen_from_the_front():
+    """A jumping jack: knees go far forward, feet only to the sides."""
+    phase = np.linspace(0, 4 * np.pi, 60)[:, None]
+    crouch, spread = 0.6 * (1 - np.cos(phase)) * (1, 0, 0), 0.35 * (1 - np.cos(phase)) * (0, 0, 1)
+    turns = {
+        "LeftUpLeg": spread - crouch,
+        "RightUpLeg": -spread - crouch,
+        "LeftLeg": 2 * crouch,
+        "RightLeg": 2 * crouch,
+    }
+    casting = cast_marks(_moving(turns, 60), _marks())
+    assert casting.views.legs == 0.0
+
+
 def test_a_drawing_of_a_side_is_seen_from_the_side():
     narrow = {name: (x, y) for name, x, y in (("left_shoulder", 3, -143), ("right_shoulder", -3, -143))}
     narrow |= {"left_hip": (2, -90), "right_hip": (-2, -90)}
@@ -131,6 +145,13 @@ def test_stretch_and_thickness_of_rubber_are_carried():
     assert np.linalg.norm(hand - elbow) == pytest.approx(1.6 * 25)
 
 
+def test_hands_keep_their_size_however_long_the_arm():
+    tracks = to_tracks(_rubber(_moving({"LeftArm": (0, 0, 0.5)}, 4), 1.6, 0.8), _marks())
+    hand, arm = (total_affine(tracks, f"left_hand {which}")[0, :, :2] for which in ("end", "4"))
+    np.testing.assert_allclose(np.linalg.svd(hand, compute_uv=False), 1, atol=1e-9)
+    assert affine.turn(hand) == pytest.approx(affine.turn(arm)) == pytest.approx(-0.5)
+
+
 def test_a_limb_is_drawn_before_the_body_when_it_is_nearer_and_does_not_flicker():
     rng = np.random.default_rng(0)
     swing = np.concatenate([np.full(20, -1.2), np.full(20, 1.2)])  # about y: the left arm goes to the front, then back
@@ -141,6 +162,13 @@ def test_a_limb_is_drawn_before_the_body_when_it_is_nearer_and_does_not_flicker(
     near = np.stack([np.zeros(40), 0.02 * rng.normal(size=40), np.zeros(40)], axis=-1)
     calm = to_tracks(_moving({"LeftArm": near}, 40), _marks()).track("left_hand 1").order
     assert len(np.unique(calm)) == 1
+
+
+def test_a_leg_that_kicked_to_the_viewer_goes_behind_the_coat_again():
+    kick = np.concatenate([np.zeros(10), np.full(10, 1.4), np.zeros(10)])[:, None] * (-1, 0, 0)
+    motion, marks = _moving({"LeftUpLeg": kick}, 30), _marks()
+    order = to_tracks(motion, marks, cast_marks(motion, marks, Views())).track("left_knee 1").order
+    assert (order[10:20] > 0).all() and (order[:10] < 0).all() and (order[20:] < 0).all()
 
 
 def test_a_foot_that_stands_does_not_slide_under_legs_of_other_lengths():
@@ -183,6 +211,27 @@ def test_a_tail_swings_after_the_body_and_comes_to_rest():
     assert np.abs(behind[-10:]).max() < 0.02
     played = [total_affine(to_tracks(motion, marks, swing=swing), "left_hand 4")[..., :2] for swing in (True, False)]
     np.testing.assert_array_equal(*played)
+
+
+def test_feet_that_are_drawn_apart_lift_their_own_heels():
+    names, parents, offsets = stickman.skeleton()
+    toes = {"LeftToe": ("LeftFoot", (0, -0.05, 0.15)), "RightToe": ("RightFoot", (0, -0.05, 0.15))}
+    own = Skeleton(
+        (*names, *toes),
+        (*parents, *(names.index(up) for up, _ in toes.values())),
+        np.vstack([offsets, *(offset for _, offset in toes.values())]),
+    )
+    rotation = np.tile([0, 0, 0, 1.0], (3, len(own), 1))
+    for side in ("Left", "Right"):
+        rotation[:, own.names.index(f"{side}Foot")] = Rotation.from_rotvec((0.6, 0, 0)).as_quat()  # toes down
+    motion = SkeletonMotion(own, np.tile(own.offsets, (3, 1, 1)), rotation, 30.0)
+    plain = _marks()
+    ankles = {side: plain.names.index(f"{side}_foot") for side in ("left", "right")}
+    places = np.vstack([plain.places, plain.places[ankles["left"]] + (16, 5), plain.places[ankles["right"]] + (-16, 5)])
+    marks = Marks((*plain.names, "left_toe", "right_toe"), (*plain.parents, *ankles.values()), places)
+    tracks = to_tracks(motion, marks, cast_marks(motion, marks, Views(legs=90.0)))
+    left, right = (affine.turn(total_affine(tracks, f"{side}_toe")[0]) for side in ("left", "right"))
+    assert left == pytest.approx(0.6) and right == pytest.approx(-0.6)  # each toe goes down, y being down
 
 
 def test_an_arm_that_points_at_the_viewer_keeps_a_direction_and_some_length():

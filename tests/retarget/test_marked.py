@@ -185,6 +185,37 @@ def test_a_drawing_of_elements_follows_limb_by_limb():
     assert np.linalg.norm(away) == pytest.approx(55, rel=0.03) and np.isfinite(tip).all()
 
 
+def test_a_figure_drawn_in_one_piece_bends_as_a_whole():
+    import shapely
+
+    marks = _marks()
+    at = dict(zip(marks.names, marks.places, strict=True))
+    lines = [[at[f"{side}_{joint}"] for joint in joints] for side in ("left", "right") for _, joints in LIMBS.values()]
+    body = shapely.union_all([shapely.LineString(line).buffer(7) for line in [*lines, [at["root"], at["neck"]]]])
+    body = body.union(shapely.box(*at["right_shoulder"] - 5, *at["left_hip"] + 5))
+    ring = np.array(shapely.Polygon(body.exterior).exterior.coords)
+    thirds = [ring[:1]] + [[a + (b - a) * s for s in (1 / 3, 2 / 3, 1)] for a, b in pairwise(ring)]
+    points = np.vstack(thirds)
+    whole = DrawnPath(
+        "figure",
+        "M" + "L" * (len(ring) - 1) + "Z",
+        points,
+        np.array([0, len(points)]),
+        np.array([True]),
+        fill=np.array([0.1, 0.2, 0.6, 1.0]),
+    )
+    motion = _motion({"LeftArm": (0, 0, 0.8)})
+    played = play(to_tracks(motion, marks), MarkedDrawing(marks, (whole,)))
+    (role,) = played.roles
+    rest, moved = (
+        play(to_tracks(one, marks, margin=1.0), MarkedDrawing(marks, (whole,))) for one in (_motion({}), motion)
+    )
+    up = [each.roles[0].points[0][:, 1] - each.roles[0].joint[0, 1] for each in (rest, moved)]
+    shape = role.target.shapes(np.zeros((1, 3)))[0]
+    hand, foot = (np.linalg.norm(shape - at[joint], axis=1).argmin() for joint in ("left_hand", "left_foot"))
+    assert up[1][hand] < up[0][hand] - 30 and abs(up[1][foot] - up[0][foot]) < 2
+
+
 def test_a_motion_for_other_marks_is_refused(figure):
     tracks = to_tracks(_motion({}), figure.marks)
     names = tuple(track.part.replace("left_knee", "left_wing") for track in tracks.tracks)
