@@ -22,6 +22,9 @@ LEFT_BEHIND = 0.35
 SLIPS = 0.3
 """Of its own size: an element that changes less than this on a limb, such as a mouth, still rides on it."""
 
+LIES = 0.25
+"""Of its area: what lies less on a limb, such as a stem under its flower, cannot ride on it: it needs a mesh there."""
+
 
 @dataclass(frozen=True, eq=False)
 class Limb:
@@ -57,7 +60,8 @@ def limbs(elements: list[list[DrawnPath]], step: float) -> list[Limb]:
     shapes = [paths.painted(of_keys[0]) for of_keys in elements]
     found: list[Limb] = []
     for i in sorted(range(len(elements)), key=lambda i: -shapes[i].area):
-        off = [_off(limb, elements[i]) for limb in found]
+        lies = [shapes[i].intersection(limb.silhouette).area > LIES * shapes[i].area for limb in found]
+        off = [_off(limb, elements[i]) if on else np.inf for limb, on in zip(found, lies)]
         if off and min(off) <= max(close, SLIPS * np.linalg.norm(np.ptp(elements[i][0].points, axis=0))):
             best = int(np.argmin(off))
             found[best] = replace(found[best], elements=(*found[best].elements, i))

@@ -8,17 +8,35 @@ from cyclopts import Parameter
 from retarget.console import folder_at
 
 
-def demo(out: Annotated[Path, Parameter(name=["--out", "-o"])] = Path("demo")) -> str:
-    """Capture the built-in frog and let a bunny jump like it.
+def demo(
+    name: str | None = None,
+    *,
+    all_of_them: Annotated[bool, Parameter(name="--all")] = False,
+    out: Annotated[Path, Parameter(name=["--out", "-o"])] = Path("demo"),
+) -> str:
+    """Capture the built-in frog and let a bunny jump like it, or play another of the paper's examples.
 
     Parameters
     ----------
+    name
+        Another demo: ball, frog, hat, dance, broom, line, walk or jump; it goes into a folder of its name.
+    all_of_them
+        All eight, each into a folder of its name, and index.png of them all.
     out
         The folder that takes the videos, the contact sheet and the data.
     """
-    from retarget.demo import demo as run
+    from capture.errors import InputError
+    from retarget.demos import table
+    from retarget.demos.frog_to_bunny import demo as frog_to_bunny
 
-    return run(folder_at(out))
+    if name is not None and all_of_them:
+        raise InputError(f"--all plays every demo, {name!r} among them: leave one of the two out")
+    if name is not None:
+        table.known(name)
+    folder = folder_at(out)
+    if all_of_them:
+        return table.everything(folder)
+    return frog_to_bunny(folder) if name is None else table.one(name, folder)
 
 
 def fixtures(folder: Path) -> str:

@@ -79,14 +79,14 @@ def test_what_was_not_changed_changes_nothing(stroll, plain, styled):
 def test_a_known_amplitude_comes_out_on_another_motion(stroll):
     one = stroll()
     two, three = stroll(swing=0.75), stroll(swing=0.3, pace=0.8, seconds=5.0, lean=0.3)
-    made = analogy(one, two, three, Knobs(time=False))
+    made = analogy(one, two, three, Knobs(time=False, feet=False))
     joint = three.skeleton.names.index("left hip")
     swings = [np.ptp(Rotation.from_quat(m.rotation[60:-60, joint]).as_rotvec()[:, 0]) for m in (three, made)]
     assert swings[1] / swings[0] == pytest.approx(1.5, rel=0.05)
 
 
 def test_a_known_offset_comes_out_on_another_motion(stroll):
-    made = analogy(stroll(), stroll(lean=0.4), stroll(swing=0.3, pace=0.8, lean=-0.1), Knobs(time=False))
+    made = analogy(stroll(), stroll(lean=0.4), stroll(swing=0.3, pace=0.8, lean=-0.1), Knobs(time=False, feet=False))
     three = stroll(swing=0.3, pace=0.8, lean=-0.1)
     lean = [Rotation.from_quat(m.rotation[:, 1]).as_rotvec()[:, 0] for m in (three, made)]
     np.testing.assert_allclose(lean[1] - lean[0], 0.3, rtol=0.05, atol=0.015)
@@ -120,8 +120,8 @@ def test_only_the_parts_that_are_named_change(stroll):
 def test_two_styles_one_after_the_other(stroll):
     """Layers: a lean, then a swing."""
     one, three = stroll(), stroll(swing=0.3, lean=0.0)
-    bent = analogy(one, stroll(lean=0.4), three, Knobs(time=False))
-    both = analogy(one, stroll(swing=0.75), bent, Knobs(time=False))
+    bent = analogy(one, stroll(lean=0.4), three, Knobs(time=False, feet=False))
+    both = analogy(one, stroll(swing=0.75), bent, Knobs(time=False, feet=False))
     assert Rotation.from_quat(both.rotation[:, 1]).as_rotvec()[:, 0].mean() == pytest.approx(0.3, abs=0.02)
     joint = three.skeleton.names.index("left hip")
     swings = [np.ptp(Rotation.from_quat(m.rotation[60:-60, joint]).as_rotvec()[:, 0]) for m in (three, both)]
@@ -181,5 +181,5 @@ def test_any_curves_can_be_a_b_or_a2():
     def bounce(height, count):
         return curving.Curves((height * np.abs(np.sin(np.pi * count * t)))[:, None], ("ball",), ("y",), 60.0)
 
-    made = making.curve_analogy(bounce(1.0, 2), bounce(2.0, 2), bounce(0.5, 3), Knobs(time=False))
+    made = making.curve_analogy(bounce(1.0, 2), bounce(2.0, 2), bounce(0.5, 3), Knobs(time=False, feet=False))
     assert made.curves.values.max() == pytest.approx(1.0, rel=0.1)

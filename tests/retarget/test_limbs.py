@@ -73,3 +73,14 @@ def test_keys_of_a_drawing_with_limbs_are_redrawn_exactly(waver, by_hand):
         removed = character.keys.removed[k]
         drawn = shapes[k, start:] @ removed[:, :2].T + removed[:, 2]
         assert np.abs(drawn - truth).max() < 1e-6
+
+
+def test_what_lies_beside_a_limb_does_not_ride_on_it(waver):
+    """A long stem under the body stands as still as that, but the body's own mesh ends above it."""
+    for file in waver:
+        stem = '<path fill="#5a5" d="M94 175h12v120h-12z"/></svg>'
+        file.write_text(file.read_text(encoding="utf-8").replace("</svg>", stem), encoding="utf-8")
+    found = limbs(cut(waver), 5.0)
+    assert len(found) == 2
+    (limb,) = [limb for limb in found if 4 in limb.elements]
+    assert limb.points[0, :, 1].max() > 294
