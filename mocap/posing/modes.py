@@ -29,6 +29,9 @@ POINTS = (0.5 - 12**-0.5, 0.5 + 12**-0.5)
 THICK = 0.1
 """Times its length a link is thick, that is, resists being turned about itself."""
 
+TINY = 1e-4
+"""What hangs on a joint and reaches no further, as a share of all links, does not swing."""
+
 MOST = np.radians(60)
 """Joints are hardly turned further: shapes are those of small swings."""
 
@@ -92,7 +95,7 @@ def modes_of(
     lengths = _lengths(parents, places)
     roots = [joint for joint, parent in enumerate(parents) if parent < 0]
     reach = _reach(parents, lengths)
-    free = np.setdiff1d(np.flatnonzero(reach > 1e-9 * max(lengths.sum(), 1e-12)), roots if held is None else held)
+    free = np.setdiff1d(np.flatnonzero(reach > TINY * lengths.sum()), roots if held is None else held)
     if not len(free) or not np.isfinite(places).all():
         raise InputError("what swings must have a joint that is not held and a link beyond it, this has none: add one")
     if not frequency > 0 or not np.isfinite(frequency):

@@ -85,7 +85,8 @@ def human(skeleton: Skeleton, rest: NDArray | None = None) -> Pool:
             _posture(frame, f"{side} knee bent", {shank: _toward(frame, shank, (0, 0, -1), knee)}),
             _posture(frame, f"{side} ankle bent", {foot: _turn(frame, foot, (1, 0, 0), ankle / 2)}),
         ]
-    made[0] = combined("bow", [made[0], _hanging(frame, 1.7 * trunk)])
+    arms = [_limb(frame, f"{side} arm")[0] for side, _ in SIDES]
+    made[0] = combined("bow", [made[0], _hanging(frame, arms, 1.36 * trunk)])
     return Pool((*made, *_of_all_human(frame, {posture.name: posture for posture in made})), "human")
 
 
@@ -96,25 +97,36 @@ def quadruped(skeleton: Skeleton, rest: NDArray | None = None) -> Pool:
         raise InputError(f"a quadruped must have four legs, this skeleton has {len(frame.body.legs())}: take its kind")
     parts, (trunk, _, _, _) = frame.body.parts, BENT
     neck, tail, waist = parts.get("head", ()), parts.get("tail", ()), _waist(frame)
+    legs = {name: [j for j in path if _has_link(frame, j)] for name, path in parts.items() if name.endswith("leg")}
+    fore = [path[0] for name, path in legs.items() if "front" in name]
     made = []
     for name, joints, far in (("head", neck, 0.7), ("tail", tail, 0.9), ("back", waist, trunk)):
         if not joints:
             continue
         down = 1 if name != "tail" else -1  # a tail goes back: what lifts a head lowers it
-        made += [
-            _about(frame, f"{name} down", joints, (down, 0, 0), far),
-            _about(frame, f"{name} up", joints, (-down, 0, 0), far),
-            _about(frame, f"{name} left", joints, (0, down, 0), far),
-            _about(frame, f"{name} right", joints, (0, -down, 0), far),
-        ]
-    for name in (name for name in parts if name.endswith("leg")):
-        path = [joint for joint in parts[name] if _has_link(frame, joint)]
-        back = -1 if "front" in name else 1  # which way the middle joint goes
+        for way, axis in (
+            ("down", (down, 0, 0)),
+            ("up", (-down, 0, 0)),
+            ("left", (0, down, 0)),
+            ("right", (0, -down, 0)),
+        ):
+            bent = _about(frame, f"{name} {way}", joints, axis, far)
+            if name == "back" and axis[0]:  # the legs under it go on standing
+                bent = combined(bent.name, [bent, _hanging(frame, fore, axis[0] * far)])
+            made.append(bent)
+    for name, path in legs.items():
         turns = {path[0]: _turn(frame, path[0], (-1, 0, 0), 0.7)}
         if len(path) > 1:
-            turns[path[1]] = _turn(frame, path[1], (1, 0, 0), 1.1 if back > 0 else 1.2)
+            turns[path[1]] = _turn(frame, path[1], (1, 0, 0), 1.15)
         made.append(_posture(frame, f"{name} lifted", turns))
         made.append(_posture(frame, f"{name} back", {path[0]: _turn(frame, path[0], (1, 0, 0), 0.5)}))
+    lifted = {posture.name: posture for posture in made if posture.name.endswith("lifted")}
+    for side, other in (("left", "right"), ("right", "left")):
+        two = [lifted.get(f"{one} leg lifted") for one in (f"{side} front", f"{other} hind")]
+        if all(two):
+            made.append(combined(f"{side} trot", two))
+    if fore:
+        made.append(_bowing(frame, waist, fore, trunk))
     return Pool(tuple(made), "quadruped")
 
 
@@ -267,10 +279,17 @@ def _leaning(frame: _Frame, joints: Sequence[int], angle: float, even: bool = Fa
     ]
 
 
-def _hanging(frame: _Frame, angle: float) -> Posture:
-    """Arms that go on hanging while the trunk bows by an angle."""
-    arms = [_limb(frame, f"{side} arm")[0] for side, _ in SIDES]
-    return _posture(frame, "arms hang", {arm: _turn(frame, arm, (-1, 0, 0), 0.8 * angle) for arm in arms})
+def _hanging(frame: _Frame, joints: Sequence[int], angle: float) -> Posture:
+    """Limbs that go on hanging while what they hang on bows by an angle."""
+    return _posture(frame, "hang", {joint: _turn(frame, joint, (-1, 0, 0), angle) for joint in joints})
+
+
+def _bowing(frame: _Frame, waist: Sequence[int], fore: Sequence[int], angle: float) -> Posture:
+    """A dog's bow: the chest goes down between legs that reach ahead, the head stays up."""
+    down = _about(frame, "bow", waist, (1, 0, 0), angle)
+    neck = frame.body.parts.get("head", ())
+    level = [_about(frame, "up", neck, (-1, 0, 0), 0.8 * angle)] if neck else []
+    return combined("bow", [down, _hanging(frame, fore, 2.2 * angle), *level])
 
 
 def _of_all_human(frame: _Frame, made: dict[str, Posture]) -> list[Posture]:

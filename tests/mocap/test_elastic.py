@@ -199,6 +199,14 @@ def test_targets_that_go_evenly_are_followed_with_an_even_lag():
     assert late.speed[1] == pytest.approx(2.0, abs=1e-6)
 
 
+@pytest.mark.parametrize("play", [elastic.towards, elastic.along, elastic.through])
+def test_one_frame_or_one_posture_is_enough(play):
+    times, targets = dance()
+    assert play(FREE, times[:1], times, targets).turns[0] == pytest.approx(targets[0])
+    still = play(FREE, moments(12), times[:1], targets[:1])
+    assert still.turns == pytest.approx(np.tile(targets[0], (37, 1, 1))) and size(still.speed) < 1e-9
+
+
 @pytest.mark.parametrize(
     ("make", "said"),
     [

@@ -157,6 +157,15 @@ def test_links_that_bend_have_modes_too():
     assert found.shapes.shape == (8, len(parts), 3) and found.frequency[0] == pytest.approx(1.0)
 
 
+def test_joints_in_one_place_and_tiny_links_do_no_harm():
+    made = plants.reed(4, 1.0)
+    offsets = np.concatenate([made.offsets, [[0, 0, 0], [0, 1e-7, 0], [1e-9, 0, 0]]])
+    skeleton = Skeleton((*made.names, "helper", "nub", "hair"), (*made.parents, 2, 5, 4), offsets)
+    plain, more = modes.of_skeleton(skeleton_of(made), count=6), modes.of_skeleton(skeleton, count=6)
+    assert more.frequency == pytest.approx(plain.frequency, rel=1e-4)
+    assert np.abs(more.shapes[:, 5:]).max() == 0
+
+
 def test_large_swings_are_softened_and_small_ones_are_not():
     turns = np.array([[1e-4, 0, 0], [0, 40.0, 0], [0, 0, 0]])
     soft = modes.softly(turns)
