@@ -44,10 +44,10 @@ def dance(
     Parameters
     ----------
     music
-        A *.mid or *.wav file; without it there are as many beats as --beats says, at the tempo of --bpm.
+        A .mid or .wav file; without it there are as many beats as --beats says, at the tempo of --bpm.
     out
-        .bvh; .glb; .mp4, .webm or .mov with the music as sound, .gif or a folder of PNG; *.dance.toml writes the
-        choreography, made up or not, to be edited, and *.postures.json the pool.  NAME.dance.mp4 beside you if not
+        .bvh; .glb; .mp4, .webm or .mov with the music as sound, .gif or a folder of PNG; .dance.toml writes the
+        choreography, made up or not, to be edited, and .postures.json the pool.  NAME.dance.mp4 beside you if not
         given.
     bpm
         Beats a minute, where there is no music: 120.
@@ -56,11 +56,11 @@ def dance(
     every
         Dance every beat of quick music; without it every second one above 135 a minute.
     skeleton
-        Who dances: a *.bvh, a model with a skin (*.glb, *.gltf), or "human", "flower" or "lamp".
+        Who dances: a .bvh file, a model with a skin (.glb, .gltf), or "human", "flower" or "lamp".
     postures
-        A pool, *.postures.json; without it one that is made for the skeleton.
+        A pool, .postures.json; without it one that is made for the skeleton.
     steps
-        A choreography, *.dance.toml; without it one is made up.
+        A choreography, .dance.toml; without it one is made up.
     seed
         Which one is made up.
     extent
