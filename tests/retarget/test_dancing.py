@@ -94,9 +94,11 @@ def test_on_every_beat_of_the_film_a_click_is_heard_and_its_posture_seen():
         assert abs(int(np.argmax(click > 0.2 * np.abs(sound).max())) - rate // 10) < 0.025 * rate
 
 
-def test_a_drawing_with_marked_joints_dances(capsys):
-    assert dance("--beats", 2, "--drawing", CHARACTERS / "tomcat.svg", "-o", "cat.gif", "--size", 160) == 0
-    clip = read_clip("cat.gif")
+@pytest.mark.parametrize(("who", "drawn"), [("human", "tomcat.svg"), ("flower", "flower.marks.toml")])
+def test_a_drawing_with_marked_joints_dances(who, drawn):
+    given = ("--skeleton", who, "--drawing", CHARACTERS / drawn, "--size", 160)
+    assert dance("--beats", 2, "-o", "drawn.gif", *given) == 0
+    clip = read_clip("drawn.gif")
     assert len(clip) == 24 and clip[0].shape[1] == 160
     assert np.abs(clip[0].astype(int) - clip[20].astype(int)).max() > 100
 
