@@ -45,6 +45,8 @@ def danced(
     """
     if not 1 <= fps <= 1000:
         raise InputError(f"frames a second must be 1 to 1000, got {fps:g}: 24 is film")
+    if not abs(extent) <= 10:
+        raise InputError(f"the extent of a dance must be between -10 and 10, got {extent:g}: 1 is as its postures are")
     at_rest = posed(skeleton, np.zeros((1, len(skeleton), 3)), fps, rest).world()[0]
     body = find_body(skeleton, at_rest[..., 3])
     at = np.arange(max(int(np.ceil(music.seconds * fps - 1e-9)), 1)) / fps

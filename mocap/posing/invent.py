@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.errors import InputError
 from mocap.body import find_body
 from mocap.posing.choreography import Dance, Phrase, Step
 from mocap.posing.postures import Pool, Posture, posed, turns_of
@@ -30,6 +31,8 @@ def invented(pool: Pool, skeleton: Skeleton, beats: float, seed: int = 0, rest: 
     Large postures are danced more often than small ones, and with others that move other joints; one foot at least
     stands.  A posture is followed by its mirror image or by another.  Between beats the knees dip.
     """
+    if seed < 0:
+        raise InputError(f"a seed must be 0 or more, got {seed}: each number makes another dance")
     rng = np.random.default_rng(seed)
     sizes, legs = _sizes(pool, skeleton, rest), _legs(skeleton, rest)
     phrases: list[Phrase] = []

@@ -84,6 +84,7 @@ def dance(
     silent
         Leave the sound out.
     """
+    from capture.errors import InputError
     from mocap.posing.beats import danced as heeded
     from mocap.posing.choreography import unrolled, write_dance
     from mocap.posing.dance import danced
@@ -91,6 +92,8 @@ def dance(
     from mocap.posing.postures import write_pool
     from retarget.characters.dancer import read_dancer
 
+    if not 16 <= size <= 8192:
+        raise InputError(f"a picture must be 16 to 8192 pixels high, got {size}: 480 is usual")
     heard = _beats(music, bpm, beats)
     taken = heard if every else heeded(heard)
     if taken is not heard:
