@@ -17,6 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from capture.errors import InputError
 
+PIECES = 6
+"""Pieces, each going evenly, of a target that brings springs from one posture to the next in time."""
+
 
 @dataclass(frozen=True, eq=False)
 class Elastic:
@@ -27,12 +30,11 @@ class Elastic:
     stiffness: NDArray  # k
 
     def __post_init__(self) -> None:
-        for name, least in (("inertia", 0.0), ("damping", -np.inf), ("stiffness", 0.0)):
+        for name, must in (("inertia", "above 0"), ("damping", "0 or more"), ("stiffness", "above 0")):
             values = np.asarray(getattr(self, name), float)
             object.__setattr__(self, name, values)
-            bad = ~np.isfinite(values) | (values <= least if name != "damping" else values < 0)
+            bad = ~np.isfinite(values) | (values < 0) | ((values == 0) & (must == "above 0"))
             if bad.any():
-                must = "above 0" if name != "damping" else "0 or more"
                 raise InputError(
                     f"the {name} of an elastic joint must be {must}, got {values[bad].flat[0]:g}: "
                     "give a joint that should not swing a high damping instead"
@@ -148,33 +150,24 @@ def along(
 def through(elastic: Elastic, at: NDArray, times: NDArray, targets: NDArray, speeds: NDArray | None = None) -> State:
     """The states (T, J, 3) at moments `at` (T,) of joints that are exactly in n postures (n, J, 3) at their times (n,).
 
-    Between two the springs' target goes evenly; from where and to where is found, so that they arrive, at the speeds
-    (n, J, 3) that they are to have there.  Without `speeds` they come to rest at the first, the last and where they
-    turn back, and those in between are such that a curve without springs would not swing over (Fritsch and Carlson).
+    The target is the next posture, and as little more as makes the springs arrive in time, at the speeds (n, J, 3) that
+    they are to have there.  Without `speeds` they come to rest at the first, the last and where they turn back, and
+    those in between are such that a curve without springs would not swing over (Fritsch and Carlson).
     """
     at, times, targets = _checked(at, times, targets)
     speeds = _speeds(times, targets) if speeds is None else np.asarray(speeds, float)
-    starts, slopes = targets.copy(), np.zeros_like(targets)
-    none = still(np.zeros((1, 1)))
+    pieces, starts, slopes = [times[-1:]], [targets[-1:]], [np.zeros_like(targets[-1:])]
     for n, seconds in enumerate(np.diff(times)):
-        passed = step(elastic, State(targets[n], speeds[n]), seconds, 0.0)
-        one, ramp = step(elastic, none, seconds, 1.0), step(elastic, none, seconds, 0.0, 1 / seconds)
-        rows = ((one.turns, ramp.turns), (seconds * one.speed, seconds * ramp.speed))
-        effect = np.stack([np.stack([part[..., 0] for part in row], axis=-1) for row in rows], axis=-2)
-        lacking = np.stack([targets[n + 1] - passed.turns, seconds * (speeds[n + 1] - passed.speed)], axis=-2)
-        found = np.linalg.pinv(effect, rcond=1e-9) @ lacking  # (J, 2, 3); undamped, a whole swing cannot be steered
-        starts[n], slopes[n] = found[..., 0, :], found[..., 1, :] / seconds
-    out = np.empty((2, len(at), *targets.shape[1:]))
-    which = np.searchsorted(times, at, side="right") - 1
-    for n in range(-1, len(times)):
-        own = which == n
-        if n < 0 or n == len(times) - 1:
-            first = State(targets[max(n, 0)], speeds[max(n, 0)] * (n >= 0))
-            after = np.maximum(at[own] - times[n], 0) if n >= 0 else np.zeros(own.sum())
-            found = step(elastic, first, after, targets[max(n, 0)])
-        else:
-            found = step(elastic, State(targets[n], speeds[n]), at[own] - times[n], starts[n], slopes[n])
-        out[0, own], out[1, own] = found.turns, found.speed
+        ends = State(targets[n], speeds[n]), State(targets[n + 1], speeds[n + 1])
+        knots = targets[n + 1] + _corrections(elastic, *ends, seconds)
+        pieces.insert(-1, times[n] + seconds * np.arange(PIECES) / PIECES)
+        starts.insert(-1, knots[:-1])
+        slopes.insert(-1, np.diff(knots, axis=0) * PIECES / seconds)
+    begun = at > times[0]
+    steps = (np.append(times[0], at[begun]), np.concatenate(pieces), np.concatenate(starts), np.concatenate(slopes))
+    found = _played(elastic, *steps, State(targets[0], speeds[0]), None)
+    out = np.stack([np.tile(targets[0], (len(at), 1, 1)), np.zeros((len(at), *targets.shape[1:]))])
+    out[:, begun] = found.turns[1:], found.speed[1:]
     return State(out[0], out[1])
 
 
@@ -245,6 +238,31 @@ def _played(
         out[0, inside], out[1, inside] = found.turns[:-1], found.speed[:-1]
         state = found.at(-1)
     return State(out[0], out[1])
+
+
+def _corrections(elastic: Elastic, first: State, last: State, seconds: float) -> NDArray:
+    """What is added to a target that stays at `last`, at the ends of its pieces (P + 1, J, 3), to be in `last` in time.
+
+    The least in the mean of squares.  Of springs without damping a whole swing cannot be steered by a few pieces only.
+    """
+    rest = step(elastic, first, seconds, last.turns)
+    lacks = np.stack([last.turns - rest.turns, seconds * (last.speed - rest.speed)], axis=-2)  # (J, 2, 3)
+    piece, none = seconds / PIECES, still(np.zeros((1, 1)))
+    rising, falling = (step(elastic, none, piece, *ramp) for ramp in ((0.0, 1 / piece), (1.0, -1 / piece)))
+    effects = []
+    for knot in range(PIECES + 1):  # how a target that is 1 there, and 0 at the others, moves the joints until the end
+        state = none
+        if knot > 0:
+            state = rising
+        if knot < PIECES:
+            begun = step(elastic, state, piece, 0.0) if knot > 0 else none
+            state = State(begun.turns + falling.turns, begun.speed + falling.speed)
+            state = step(elastic, state, seconds - (knot + 1) * piece, 0.0)
+        effects.append(np.stack([state.turns[..., 0], seconds * state.speed[..., 0]], axis=-1))
+    squares = np.diag(np.r_[2.0, np.full(PIECES - 1, 4.0), 2.0]) + np.eye(PIECES + 1, k=1) + np.eye(PIECES + 1, k=-1)
+    even = np.linalg.inv(np.linalg.cholesky(squares)).T  # the square over time of what goes evenly between knots
+    found = even @ np.linalg.pinv(np.stack(effects, axis=-1) @ even, rcond=1e-9) @ lacks
+    return np.moveaxis(found, -2, 0)
 
 
 def _speeds(times: NDArray, targets: NDArray) -> NDArray:

@@ -174,6 +174,21 @@ def test_soft_springs_pass_through_postures_as_cubics_do():
     assert turns[:, 0, 0] == pytest.approx(3 * u**2 - 2 * u**3, abs=1e-4)
 
 
+@pytest.mark.parametrize("bpm", [60, 100, 140, 180])
+@pytest.mark.parametrize(("frequency", "damping"), [(1, 0.3), (2, 0.2), (2, 0.5), (3, 0.4), (6, 0.3)])
+def test_through_postures_it_swings_over_no_further_than_free_springs_do(bpm, frequency, damping):
+    """Whatever the tempo: e^(-pi z / sqrt(1 - z^2)) of the move, from the largest speed some more."""
+    own = elastic.felt(frequency, damping)
+    times = np.arange(12) * 60 / bpm
+    targets = np.random.default_rng(1).uniform(-1, 1, (12, 9, 3))
+    at = np.arange(0, times[-1], 1 / 96)
+    turns = elastic.through(own, at, times, targets).turns
+    now = np.minimum(np.searchsorted(times, at, side="right") - 1, 10)
+    low, high = np.minimum(targets[now], targets[now + 1]), np.maximum(targets[now], targets[now + 1])
+    over = np.maximum(turns - high, low - turns).max()
+    assert over < 1.2 * np.exp(-np.pi * damping / np.sqrt(1 - damping**2)) * (high - low).max()
+
+
 def test_through_postures_it_waits_in_the_first_and_stays_in_the_last():
     times, targets = dance()
     found = elastic.through(FREE, np.array([-1.0, times[-1] + 5]), times, targets).turns
