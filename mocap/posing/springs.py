@@ -45,6 +45,15 @@ FARTHEST = 1e9
 DONE = 2e-3
 """Radians: when no star turns by more in a round, it is the last."""
 
+TEAR, CLOSE = 6, 1e-6
+"""Pins that limbs still tear at are seen to for so many rounds at a time, until they are as close as this."""
+
+STRETCH = 0.05
+"""What a link may be longer or shorter by at the end of a drag (section 4.1.3)."""
+
+SHARES = (1.0, 0.5, 0.25, 0.1, 0.02)
+"""Of the way to the target, that are tried until no link is stretched; pins and limits may leave no other choice."""
+
 NEAR, GAP = 0.2, 1e-3
 """Where a soft hand is further off than NEAR, or pins than GAP, times the figure's size, the target is out of reach."""
 
@@ -60,7 +69,8 @@ def drag(
 ) -> Pose:
     """The pose when `joint` has been dragged to `target` (3,), or as near to it as pinned joints and limits let it.
 
-    Links keep their lengths (to 1e-6 but where pins tear at them), pinned joints their places, and joints their twist.
+    Links keep their lengths (beside a pin within 5 %, all others to 1e-9), pinned joints their places, and joints their
+    twist.  InputError for what is no tree, for numbers that are not finite, for all joints pinned.
     """
     positions, target = _checked(len(parents), pose, joint, target, pinned)
     tree = tree_of(parents, positions)
@@ -72,7 +82,14 @@ def drag(
     fixed = sorted({int(back[j]) for j in pinned})
     start = (ordered - positions[joint]) / size
     held = bends.gathered(limits, tree.order, pose.turns, parents)
-    place, turn = _dragged(tree, start, int(back[joint]), way / size, fixed, held, compiled)
+    lengths = np.linalg.norm(tree.ways(start), axis=1)
+    for share in SHARES:
+        place, turn = _dragged(tree, start, int(back[joint]), share * way / size, fixed, held, compiled)
+        now = np.linalg.norm(tree.ways(place), axis=1)
+        if (np.abs(now - lengths) <= STRETCH * lengths + 1e-4).all():
+            break
+    else:
+        return pose
     moved = positions[joint] + size * place[back]
     moved[list(pinned)] = positions[list(pinned)]
     return Pose(moved, _quaternions(turn[back], pose.turns))
@@ -118,7 +135,10 @@ def _dragged(
         torn = np.abs(place[fixed] - start[fixed]).max() > GAP
         goal[:, 0], hold[:, 0] = place, 1e-3
         hold[hand, 1] = 0 if torn or not near else HAND
-        settle(place, turn, springs, rest, 0 * stiff, goal, hold, firm, *shape, LAST, DONE * 1e-3)
+        for _ in range(LAST // TEAR):
+            if np.abs(place[fixed] - start[fixed]).max() < CLOSE:
+                break
+            settle(place, turn, springs, rest, 0 * stiff, goal, hold, firm, *shape, TEAR, DONE * 1e-3)
     place[fixed] = start[fixed]  # what pins are still off by goes into their links
     untwisted(place, turn, *shape[:1], *shape[5:])
     return place, turn
