@@ -16,6 +16,7 @@ from retarget.commands import (
     many,
     moving,
     playing,
+    posing,
     proposing,
     rubbering,
     start,
@@ -35,6 +36,7 @@ MOCAP: tuple[Callable[..., str], ...] = (
     rubbering.exaggerate,
     playing.play,
     dancing.dance,
+    posing.pose,
 )
 """The subcommands of `tooncap mocap`."""
 
