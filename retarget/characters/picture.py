@@ -158,7 +158,8 @@ def outline_of(image: NDArray, name: str = "the picture", count: int | None = No
     if image[..., 3].min() > 127:
         raise InputError(
             f"{name} must have a transparent surrounding to be cut out, it has none: "
-            "give an outline in the cast or make its background transparent"
+            "draw a box round it (--box X Y WIDTH HEIGHT, or box = [...] in the cast), give an outline in the cast, or "
+            "make its background transparent"
         )
     contours = [contour[:, ::-1] - 2 for contour in measure.find_contours(alpha, 127.5) if len(contour) > 3]
     if not contours:
