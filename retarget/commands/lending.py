@@ -5,6 +5,8 @@ from pathlib import Path
 
 from retarget.console import Out, stem, tell, told
 
+SLID = 0.5  # pixels that a foot slides: less is not seen, and not told
+
 
 def retarget(
     motion: Path,
@@ -17,6 +19,7 @@ def retarget(
     box: tuple[float, float, float, float] | None = None,
     size: int | None = None,
     bend: bool = False,
+    bridge: bool = False,
     soften: float = 0.0,
     match: float = 0.0,
     shadow: float = 0.0,
@@ -47,6 +50,9 @@ def retarget(
         Width in pixels of what is made; the source's own if not given.
     bend
         Bend the one drawing along a captured line of action.
+    bridge
+        Show every part in every frame, also what the capture has lost; without it only limbs that pass behind their
+        body, and with --into not even those.
     soften
         Before a background: pixels that the character's edges are blurred by.
     match
@@ -56,7 +62,7 @@ def retarget(
     """
     from capture.errors import InputError
     from capture.fit.video import open_clip
-    from capture.motion import tracks
+    from capture.motion import gaps, tracks
     from capture.pictures.clip import Clip
     from capture.pictures.encode import write_clip
     from capture.pictures.shot import read_shot
@@ -68,6 +74,7 @@ def retarget(
     from retarget.export import formats
     from retarget.stage import composite, draw2d, plate
     from retarget.stage.direct import direct
+    from retarget.stage.page import beyond
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
@@ -89,17 +96,20 @@ def retarget(
     if box is not None:
         parts, bodies = (tuple(replace(one, box=box) for one in ones) for ones in (chosen.parts, chosen.bodies))
         chosen = replace(chosen, parts=parts, bodies=bodies)
+    lent = gaps.bridged(captured) if bridge else gaps.limbs_bridged(captured) if into is None else captured
     with working("learning the drawings"):
-        actors = casting.targets(chosen, captured)
-        performance, slid = direct(perform(captured, actors), chosen, captured)
+        actors = casting.targets(chosen, lent)
+        performance, slid = direct(perform(lent, actors), chosen, lent)
     tell(note for actor in actors for note in getattr(actor, "notes", ()))
     parts = ", ".join(part for actor in actors for part in parts_of(actor))
-    feet = f"; {slid}" if slid is not None and max(slid.before, slid.after) >= 0.05 else ""
+    feet = f"; {slid}" if slid is not None and max(slid.before, slid.after) >= SLID else ""
     said = f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new"
     if write := formats.bodies(out):
         with working("meshing the drawings"):
             write(performance, out)
         return f"{said} bodies play {parts}{feet}"
+    over = beyond(performance, captured)
+    done = f"{said} drawings play {parts}{feet}{f'; {over}' if over else ''}"
     drawings = formats.drawings(out)
     if drawings and (into is not None or any((soften, match, shadow))):
         raise InputError(
@@ -126,7 +136,7 @@ def retarget(
                 )
             with working("writing the drawings"):
                 drawings(performance, out, size, behind)
-            return f"{said} drawings play {parts}{feet}"
+            return done
         if blend == composite.Blend():
             frames = draw2d.draw_frames(performance, behind, size)
         elif behind is None:
@@ -134,4 +144,4 @@ def retarget(
         else:
             frames = composite.over(performance, behind, size, blend)
     write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
-    return f"{said} drawings play {parts}{feet}"
+    return done
