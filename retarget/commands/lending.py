@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from retarget.console import Out, stem, tell, told
 
+SIDES = {"front": "xy", "right": "zy", "back": "-xy", "left": "-zy"}  # as casts call them
 SLID = 0.5  # pixels that a foot slides: less is not seen, and not told
 
 
@@ -17,6 +19,8 @@ def retarget(
     background: str | None = None,
     into: Path | None = None,
     box: tuple[float, float, float, float] | None = None,
+    side: Literal["front", "right", "back", "left"] | None = None,
+    height: float | None = None,
     size: int | None = None,
     bend: bool = False,
     bridge: bool = False,
@@ -46,6 +50,11 @@ def retarget(
         The *.shot.toml that was captured: the character takes the place of the layer in its own clip.
     box
         X Y WIDTH HEIGHT round what to cut out of a photograph given with --drawing.
+    side
+        How a 3-D model given with --drawing is seen: from its front, its back, or its side, looking to the right or the
+        left; its front if not given.
+    height
+        How tall a character given with --drawing is, times the source's height; how far it travels goes with it.
     size
         Width in pixels of what is made; the source's own if not given.
     bend
@@ -70,6 +79,7 @@ def retarget(
     from retarget.characters import cast as casting
     from retarget.characters import castfile
     from retarget.characters.backdrop import read_background
+    from retarget.characters.meshfiles import MODELS
     from retarget.characters.target import parts_of
     from retarget.export import formats
     from retarget.stage import composite, draw2d, plate
@@ -86,6 +96,10 @@ def retarget(
         raise InputError("a retarget needs either --cast FILE or --drawing FILES, to say who plays")
     if box is not None and cast is not None:
         raise InputError("--box cuts out the photograph given with --drawing; a cast says box = [...] itself")
+    if side is not None and (cast is not None or any(file.suffix.lower() not in MODELS for file in drawing)):
+        raise InputError('--side says how a 3-D model given with --drawing is seen; a cast says plane = "zy" itself')
+    if height is not None and (cast is not None or not 0 < height < float("inf")):
+        raise InputError(f"--height must be above 0, and is for --drawing; a cast says it itself: got {height:g}")
     if bend and (cast is not None or len(drawing) != 1 or len(captured.tracks) != 1):
         raise InputError('--bend needs one --drawing and a motion of one part; a cast says between = "bend" itself')
     if bend:
@@ -93,9 +107,10 @@ def retarget(
         chosen = castfile.Cast((part,))
     else:
         chosen = castfile.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
-    if box is not None:
-        parts, bodies = (tuple(replace(one, box=box) for one in ones) for ones in (chosen.parts, chosen.bodies))
-        chosen = replace(chosen, parts=parts, bodies=bodies)
+    flags = (("box", box), ("plane", SIDES.get(side)), ("height", height))
+    told_here = {name: value for name, value in flags if value is not None}
+    parts, bodies = (tuple(replace(one, **told_here) for one in ones) for ones in (chosen.parts, chosen.bodies))
+    chosen = replace(chosen, parts=parts, bodies=bodies)
     lent = gaps.bridged(captured) if bridge else gaps.limbs_bridged(captured) if into is None else captured
     with working("learning the drawings"):
         actors = casting.targets(chosen, lent)
