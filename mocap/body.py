@@ -39,7 +39,7 @@ def find_body(skeleton: Skeleton, places: NDArray | None = None) -> Body:
     places = places.reshape(-1, len(skeleton), 3)
     paths = bodynames.limbs(skeleton)
     told = "its parts were told by the names of its joints"
-    if sum(name.endswith("leg") for name in paths) < 2:
+    if sum(name.endswith(("leg", "arm")) for name in paths) < 2:
         paths = bodyshape.limbs(skeleton, places)
         told = "its joints have no names that tell its parts, they were told by its shape"
     paths = _on_all_fours(paths, places)

@@ -24,15 +24,13 @@ def limbs(skeleton: Skeleton, places: NDArray) -> dict[str, list[int]]:
     The pair of limbs that is nearest to the root is its legs, the farthest its arms; what hangs beside the arms alone
     is the head, beside the legs the tail.
     """
-    lengths, tree = skeleton.lengths(), _pruned(skeleton)
-    paths = _paths(tree)
-    if not paths:
-        return {}
-    if len(paths) == 1:
-        return {"spine": paths[0]}
+    lengths, paths = skeleton.lengths(), _paths(_pruned(skeleton))
     hung: dict[int, list[list[int]]] = defaultdict(list)
     for path in paths:
-        hung[_seat(path, skeleton, lengths)].append(path)
+        if skeleton.parents[path[0]] >= 0:
+            hung[_seat(path, skeleton, lengths)].append(path)
+    if not hung:
+        return {"spine": max(paths, key=lambda path: lengths[path].sum())}
     from_root = {seat: float(lengths[list(skeleton.path(seat))].sum()) for seat in hung}
     pairs, alone = [], []
     for seat in sorted(hung, key=lambda seat: (from_root[seat], seat)):
@@ -51,7 +49,9 @@ def limbs(skeleton: Skeleton, places: NDArray) -> dict[str, list[int]]:
     for name, path in zip(("head", "tail"), _head_and_tail(pairs, alone, from_root, lengths)):
         if path:
             found[name] = path
+    limbs = {joint for path in found.values() for joint in path}
     spine = shared_path([skeleton.parents[path[0]] for path in found.values()], skeleton)
+    spine = [joint for joint in spine if joint not in limbs]
     return found | ({"spine": spine} if spine else {})
 
 

@@ -6,6 +6,7 @@ repair is a sentence in `notes`.  A number that cannot be read is NaN, and a fra
 """
 
 import re
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -58,18 +59,22 @@ def joints_of(text: str, notes: list[str]) -> Joints:
     offsets: list[list[float] | None] = []
     channels: list[list[str]] = []
     inside: list[int] = []  # joints whose brace is open
+    ends: Counter[int] = Counter()
     strange: list[str] = []
     while at < len(words):
         word = upper[at]
         if word in ("ROOT", "JOINT", "END"):
             name, at = _name(words, upper, at + 1, notes)
-            names, parents = [*names, name], [*parents, inside[-1] if inside and word != "ROOT" else -1]
+            parent = inside[-1] if inside and word != "ROOT" else -1
             if word == "END":
-                names[-1] = _end_name(names, parents[-1])
+                ends[parent] += 1
+                name = f"{names[parent]} end" if parent >= 0 else "end"
+                name += f" {ends[parent]}" if ends[parent] > 1 else ""
             elif word == "ROOT" and inside:
                 notes.append(f"the ROOT {name} stands inside the joint {names[inside[-1]]}; it hangs on nothing")
-            offsets, channels = [*offsets, None], [*channels, []]
-            inside.append(len(names) - 1)
+            inside.append(len(names))
+            for known, new in ((names, name), (parents, parent), (offsets, None), (channels, [])):
+                known.append(new)
         elif word == "{":
             raise ValueError(f"a brace is opened after {' '.join(words[max(at - 2, 0) : at])!r}, without a joint")
         elif word == "}":
@@ -97,9 +102,9 @@ def joints_of(text: str, notes: list[str]) -> Joints:
     for name, offset in zip(names, offsets):
         if offset is None:
             notes.append(f"the joint {name} has no OFFSET; it is where its parent is")
-    twice = sorted({name for name in names if names.count(name) > 1}) if len(set(names)) < len(names) else []
-    if twice:
-        notes.append(f"several joints have the name {twice[0]!r}")
+    commonest, times = Counter(names).most_common(1)[0]
+    if times > 1:
+        notes.append(f"{times} joints have the name {commonest!r}")
     return Joints(names, parents, np.array([offset or [0.0] * 3 for offset in offsets]), channels)
 
 
@@ -126,12 +131,6 @@ def _name(words: list[str], upper: list[str], at: int, notes: list[str]) -> tupl
         return name, at + 1
     notes.append(f"the joint {name} has no {{")
     return name, at
-
-
-def _end_name(names: list[str], parent: int) -> str:
-    name = f"{names[parent]} end" if parent >= 0 else "end"
-    taken = sum(other == name or other.startswith(name + " ") for other in names[:-1])
-    return f"{name} {taken + 1}" if taken else name
 
 
 def _offset(words: list[str], at: int, name: str, notes: list[str]) -> tuple[list[float], int]:
@@ -221,7 +220,7 @@ def _mended(text: str, width: int, count: int | None, notes: list[str]) -> NDArr
         rows = found
     elif fits.mean() > 0.5:
         rows = _by_lines(found, fits, width, notes)
-    elif len(set(lengths)) == 1 and (len(found) == count or (lengths[0] > width and not whole)):
+    elif len(set(lengths)) == 1 and (1 < len(found) == count or (lengths[0] > width and not whole)):
         raise ValueError(f"every frame must have {width} numbers, as many as it has channels; it has {lengths[0]}")
     else:
         rows = found

@@ -19,7 +19,7 @@ class Report:
 
     frames: int
     fps: float
-    joints: int
+    joints: int  # end sites among them
     tall: float  # metres a person with such legs is tall; 0 for what is no person
     stands: float  # share of frames and feet in contact on the input
     skate_before: float  # cm/s along the floor while in contact, as captured
@@ -35,7 +35,7 @@ class Report:
         """The card, a line a figure; without those that compare, where it is of what was `captured`."""
         low, middle, high = self.stretch
         tall = f", {self.tall:.2f} m tall" if self.tall else ""
-        said = {"motion": f"{self.frames} frames at {self.fps:.4g} a second, {self.joints} joints{tall}"}
+        said = {"motion": f"{self.frames} frames at {self.fps:.4g} a second, {self.joints} joints and ends{tall}"}
         if np.isfinite(self.skate):
             before = "" if captured else f", as captured {self.skate_before:.1f}"
             said["feet"] = f"on the floor {100 * self.stands:.0f} % of the time, skating {self.skate:.1f} cm/s{before}"
@@ -70,7 +70,8 @@ def report(
     contacts = find_contacts(places, body.feet, source.fps, tall) if contacts is None else contacts
     joints, stretch, volume = _links(source, made, places)
     feet, now = places[:, list(body.feet)], joints[:, list(body.feet)]
-    inside = 0.0 if made is None else float(overlaps(joints, places, source.skeleton).max())
+    links = made is not None and source.skeleton.lengths().any()
+    inside = float(overlaps(joints, places, source.skeleton).max()) if links else 0.0
     return Report(
         frames=len(places),
         fps=source.fps,

@@ -76,6 +76,39 @@ def test_a_dog_has_four_legs_and_a_tail():
     assert len(body.legs()) == 4
 
 
+def test_legs_are_a_pair_though_a_tail_is_as_long():
+    """The left hind leg is measured 4 % longer than the right one; the tail is as long as that one, of fewer joints."""
+    dog = _dog()
+    offsets = dog.offsets.copy()
+    names = list(dog.names)
+    for joint in range(4):
+        offsets[names.index(f"h west {joint}")] *= 1.04
+    length = sum(np.linalg.norm(offsets[names.index(f"h east {joint}")]) for joint in range(4))
+    offsets[[names.index("brush1"), names.index("brush2")]] = [0, 0.1, -np.sqrt((length / 2) ** 2 - 0.01)]
+    body = find_body(replace(dog, offsets=offsets))
+    assert _said(body.parts["tail"], dog) == "brush1 brush2"
+    assert _said(body.parts["right hind leg"], dog) == "h east 0 h east 1 h east 2 h east 3"
+
+
+def test_without_names_left_is_told_where_limbs_part_and_not_where_they_begin_or_end():
+    """Both legs begin in the middle, on joints of no length, the right one is listed first, and the feet are crossed."""
+    ways = {"hips": ("", (0, 1.0, 0)), "chest": ("hips", (0, 0.5, 0)), "top": ("chest", (0, 0.3, 0))}
+    for side, x in (("r", -1.0), ("l", 1.0)):
+        ways |= {f"{side}0": ("hips", (0, 0, 0)), f"{side}1": (f"{side}0", (0.1 * x, 0, 0))}
+        ways |= {f"{side}2": (f"{side}1", (-0.1 * x, -0.45, 0)), f"{side}3": (f"{side}2", (-0.1 * x, -0.5, 0))}
+        ways |= {f"{side}4": (f"{side}3", (0, -0.05, 0.15)), f"{side}5": ("chest", (0.2 * x, 0, 0))}
+        ways |= {f"{side}6": (f"{side}5", (-0.25 * x, -0.1, 0.2)), f"{side}7": (f"{side}6", (-0.2 * x, 0, 0.2))}
+    names = list(ways)
+    parents = tuple(names.index(parent) if parent else -1 for parent, _ in ways.values())
+    crossed = Skeleton(tuple(names), parents, np.array([way for _, way in ways.values()], float))
+    body = find_body(crossed)
+    assert "shape" in body.told
+    assert (
+        _said(body.parts["left leg"], crossed) == "l1 l2 l3 l4" and _said(body.parts["left arm"], crossed) == "l5 l6 l7"
+    )
+    assert _said(body.feet, crossed) == "l4 r4"
+
+
 def test_arms_that_go_along_with_the_legs_are_front_legs_by_any_name():
     dog = _dog()
     called = {"h west": "LeftLeg", "h east": "RightLeg", "f west": "LeftArm", "f east": "RightArm", "rump": "Hips"}
@@ -89,6 +122,16 @@ def test_a_rope_has_a_spine_and_nothing_else():
     rope = Skeleton(tuple("abcde"), (-1, 0, 1, 2, 3), np.tile([1.0, 0, 0], (5, 1)))
     body = find_body(rope)
     assert body.parts == {"spine": (0, 1, 2, 3, 4)} and body.feet == body.hands == ()
+
+
+def test_an_upper_body_has_arms_and_no_legs():
+    """Legs are often not captured; arms are not taken for them."""
+    kept = [joint for joint, name in enumerate(PERSON.names) if not any(leg in name for leg in ("Leg", "Foot", "Toe"))]
+    parents = tuple(kept.index(PERSON.parents[joint]) if joint else -1 for joint in kept)
+    torso = Skeleton(tuple(PERSON.names[joint] for joint in kept), parents, PERSON.offsets[kept])
+    body = find_body(torso, WALK.positions[:, kept])
+    assert set(body.parts) == {"spine", "head", "left arm", "right arm"} and body.feet == ()
+    assert _said(body.hands, torso) == "LeftHand RightHand"
 
 
 def test_one_joint_is_no_trouble():

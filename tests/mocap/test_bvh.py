@@ -1,6 +1,7 @@
 """A BVH written by hand, with the habits of real ones; where its joints are is worked out by hand."""
 
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -138,6 +139,13 @@ def test_a_frame_of_the_wrong_length_holds_the_one_before(written):
     assert "the first is 2" in " ".join(motion.notes)
 
 
+def test_a_number_that_is_none_at_the_start_is_the_first_that_is_one(written):
+    motion = read_bvh(written(LEG.replace("0.0 10.0 0.0 0.0 0.0 0.0 0.0", "0.0 nan 0.0 0.0 0.0 0.0 0.0")))
+    np.testing.assert_allclose(motion.positions(), PLACES, atol=1e-12)
+    nowhere = read_bvh(written(re.sub(r"(?m)^0.0 10.[05] ", "0.0 x ", LEG)))  # the OFFSET stands for what is nowhere
+    np.testing.assert_allclose(nowhere.positions()[:, 0, 1], 2)
+
+
 @pytest.mark.parametrize("step", ["0", "-0.04", "nan", "soon", ""])
 def test_a_frame_time_that_says_nothing_is_asked_for(step, written):
     path = written(LEG.replace("Frame Time: 0.04", f"Frame Time: {step}"))
@@ -263,3 +271,34 @@ def test_a_rubber_limb_keeps_its_stretch_on_file(tmp_path):
     assert re.findall(r"CHANNELS (\d)", text) == ["6", "6", "3"] and "Frame Time: 0.04\n" in text
     again = read_bvh(tmp_path / "rubber.bvh", strict=True)
     np.testing.assert_allclose(again.positions()[:, 2, 1], [-2, -2.6, -1.8], atol=1e-8)
+
+
+def test_who_spins_has_angles_that_go_on(tmp_path):
+    """Programs mix the angles of neighbouring frames: two whole turns must not be told as four half turns and back."""
+    turns = Rotation.from_euler("z", np.arange(0, 721, 30.0)[:, None], degrees=True).as_quat()[:, None]
+    skeleton = Skeleton(("wheel",), (-1,), np.zeros((1, 3)))
+    write_bvh(SkeletonMotion(skeleton, np.zeros((25, 1, 3)), turns, 25), tmp_path / "wheel.bvh")
+    rows = (tmp_path / "wheel.bvh").read_text().split("Frame Time: 0.04\n")[1].split("\n")
+    angles = [float(row.split()[3]) for row in rows if row]
+    np.testing.assert_allclose(np.diff(angles), 30, atol=1e-6)
+
+
+def test_another_reader_reads_what_was_written(tmp_path):
+    """Joints that move, leaves without an end site, an end site: as bvhio has them."""
+    with warnings.catch_warnings():  # it imports its geometry by a name that is going to change
+        warnings.simplefilter("ignore")
+        bvhio = pytest.importorskip("bvhio", reason="bvhio, the oracle, is not installed")
+    rng = np.random.default_rng(5)
+    skeleton = Skeleton(("hip", "knee", "knee end", "arm", "tail"), (-1, 0, 1, 0, 0), rng.normal(size=(5, 3)))
+    turns = Rotation.random(20, rng=rng).as_quat().reshape(4, 5, 4)
+    turns[:, 2] = [0, 0, 0, 1]
+    translation = np.tile(skeleton.offsets, (4, 1, 1))
+    translation[:, [0, 3]] += rng.normal(size=(4, 2, 3))
+    motion = SkeletonMotion(skeleton, translation, turns, 24.0)
+    write_bvh(motion, tmp_path / "any.bvh")
+    root = bvhio.readAsHierarchy(str(tmp_path / "any.bvh"))
+    joints = [joint for joint, _, _ in root.layout()]
+    assert [joint.Name for joint in joints] == ["hip", "knee", "arm", "tail"]
+    for frame, truth in enumerate(motion.positions()[:, [0, 1, 3, 4]]):
+        root.loadPose(frame)
+        np.testing.assert_allclose([tuple(joint.PositionWorld) for joint in joints], truth, atol=1e-5)

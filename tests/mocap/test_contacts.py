@@ -89,6 +89,33 @@ def test_who_jumps_stands_not():
     assert not found[flies & (np.abs(times - 1.5) < 0.25)].any()
 
 
+def _one_toe(height, ahead):
+    """A toe at these heights and places ahead over time, and another that stands."""
+    toes = np.zeros((len(height), 2, 3))
+    toes[:, 0, 1], toes[:, 0, 2] = height, ahead
+    toes[:, 1, 0] = 0.3
+    return toes
+
+
+def test_a_foot_that_brushes_the_floor_or_touches_it_for_an_instant_does_not_stand():
+    times = np.arange(120) / 60
+    dip = np.clip(np.abs(times - 1.0) / 0.15, 0, 1)
+    brushing = _one_toe(0.03 + 0.2 * (dip >= 1), 0.42 * times)  # low, and as slow as may be, but never slower
+    touching = _one_toe(np.where(np.abs(times - 1.0) < 0.035, 0.0, 0.25), 0 * times)
+    resting = _one_toe(np.where(np.abs(times - 1.0) < 0.15, 0.0, 0.25), 0 * times)
+    assert [find_contacts(toes, [0, 1], 60.0)[:, 0].any() for toes in (brushing, touching, resting)] == [
+        False,
+        False,
+        True,
+    ]
+    assert find_contacts(brushing, [0, 1], 60.0)[:, 1].all()
+
+
+def test_a_frame_that_jumps_does_not_cut_a_stand_in_two():
+    jumped = _one_toe(np.zeros(60), np.where(np.arange(60) == 30, 0.03, 0))
+    assert find_contacts(jumped, [0, 1], 60.0).all()
+
+
 def test_noise_does_not_break_a_stand():
     figure = skeletons.walk(seconds=6.0)
     places = figure.positions + np.random.default_rng(0).normal(0, 0.0015, figure.positions.shape)

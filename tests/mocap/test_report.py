@@ -88,7 +88,7 @@ def test_hips_that_move_on_a_root_that_stays_are_no_stretched_link():
 def test_the_card_says_what_it_measured():
     text = "\n".join(report(MOTION, WALK.positions, seconds=0.009).lines())
     for said in (
-        "180 frames at 60 a second, 31 joints, 1.71 m tall",
+        "180 frames at 60 a second, 31 joints and ends, 1.71 m tall",
         "100 % kept",
         "1.00 times as captured",
         "0.050 ms",

@@ -4,9 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from fixtures import skeletons
+from mocap.body import find_body
 from mocap.skeleton import Skeleton, SkeletonMotion
 from mocap.units import upright
 
@@ -102,3 +105,38 @@ def test_a_rope_has_a_unit_too(factor, unit):
 def test_joints_in_one_place_are_no_trouble():
     dot = SkeletonMotion(Skeleton(("a",), (-1,), np.zeros((1, 3))), np.zeros((1, 1, 3)), np.eye(4)[None, 3:], 25)
     assert "one place" in upright(dot).notes[-1]
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=60, deadline=None)
+def test_whatever_hangs_together_somehow_is_set_upright_once(seed):
+    """Any tree of joints, under names that mean something or nothing: no part has another's joint, once is enough."""
+    rng = np.random.default_rng(seed)
+    joints, frames = rng.integers(1, 14), rng.integers(1, 12)
+    lowest = np.where(rng.random(joints) < 0.1, -1, np.maximum(np.arange(joints) - 3, 0))
+    parents = (-1, *(int(rng.integers(lowest[joint], joint)) for joint in range(1, joints)))
+    words = [
+        "LeftLeg",
+        "RightLeg",
+        "LeftArm",
+        "RightArm",
+        "Hips",
+        "Spine",
+        "Head",
+        "Tail",
+        "LeftFoot",
+        "RightToe",
+        "LeftHand",
+        "Neck",
+        "LeftHandThumb",
+        "x",
+    ]
+    offsets = rng.normal(size=(joints, 3)) * 10.0 ** rng.integers(-3, 4) * (rng.random((joints, 1)) < 0.8)
+    moved = (rng.random((joints, 1)) < 0.3) * rng.normal(size=(frames, joints, 3)) * np.abs(offsets).max()
+    turns = Rotation.random(frames * joints, rng=rng).as_quat().reshape(frames, joints, 4)
+    skeleton = Skeleton(tuple(rng.choice(words, joints).tolist()), parents, offsets)
+    motion = upright(SkeletonMotion(skeleton, offsets + moved, turns, 30.0))
+    parts = find_body(motion.skeleton, motion.positions()).parts
+    held = [joint for part in parts.values() for joint in part]
+    assert len(held) == len(set(held)) and all(0 <= joint < joints for joint in held)
+    np.testing.assert_allclose(upright(motion).translation, motion.translation, atol=1e-12)

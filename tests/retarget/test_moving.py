@@ -23,7 +23,7 @@ def test_a_report_says_what_is_what_and_how_clean_it_is(clip, capsys):
     assert main(["mocap", "report", str(clip)]) == 0
     said = capsys.readouterr()
     assert "left leg   LeftUpLeg, LeftLeg, LeftFoot, LeftToeBase" in said.out
-    assert "60 frames at 30 a second, 31 joints, 1.71 m tall" in said.out and "skating 0.0 cm/s" in said.out
+    assert "60 frames at 30 a second, 31 joints and ends, 1.71 m tall" in said.out and "skating 0.0 cm/s" in said.out
     assert "in centimetres: the figure is 1.71 m tall" in said.err
 
 
