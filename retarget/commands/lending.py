@@ -84,6 +84,7 @@ def retarget(
     from retarget.export import formats
     from retarget.stage import composite, draw2d, plate
     from retarget.stage.direct import direct
+    from retarget.stage.folds import folds
     from retarget.stage.page import beyond
     from retarget.stage.perform import perform
 
@@ -116,6 +117,7 @@ def retarget(
         actors = casting.targets(chosen, lent)
         performance, slid = direct(perform(lent, actors), chosen, lent)
     tell(note for actor in actors for note in getattr(actor, "notes", ()))
+    tell(map(str, folds(performance)))
     parts = ", ".join(part for actor in actors for part in parts_of(actor))
     feet = f"; {slid}" if slid is not None and max(slid.before, slid.after) >= SLID else ""
     said = f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new"
