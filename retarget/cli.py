@@ -8,7 +8,18 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import capturing, exaggerating, lending, many, moving, playing, proposing, rubbering, start
+from retarget.commands import (
+    capturing,
+    dancing,
+    exaggerating,
+    lending,
+    many,
+    moving,
+    playing,
+    proposing,
+    rubbering,
+    start,
+)
 from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
@@ -23,6 +34,7 @@ MOCAP: tuple[Callable[..., str], ...] = (
     moving.report,
     rubbering.exaggerate,
     playing.play,
+    dancing.dance,
 )
 """The subcommands of `tooncap mocap`."""
 
