@@ -32,7 +32,7 @@ def cartoon_analogy(
             raise InputError(f"{name} must be a motion in the plane, it is one in space: give motions of drawings")
     curves = [of_cartoon(_called(motion, three)) for motion in (one, two, three)]
     made = curve_analogy(*curves, knobs)
-    return to_cartoon(made.curves, made.when, three), made.notes
+    return to_cartoon(made.curves, made.moments[:, 2], three), made.notes
 
 
 def of_cartoon(motion: CartoonMotion) -> Curves:
@@ -49,11 +49,10 @@ def of_cartoon(motion: CartoonMotion) -> Curves:
     return Curves(np.stack(columns, axis=-1), tuple(owners), tuple(kinds), motion.fps)
 
 
-def to_cartoon(curves: Curves, when: NDArray, model: CartoonMotion) -> CartoonMotion:
-    """The captured motion that curves tell, for the parts of `model`, whose frame t comes at `when[t]`."""
+def to_cartoon(curves: Curves, moments: NDArray, model: CartoonMotion) -> CartoonMotion:
+    """The captured motion that curves tell, for the parts of `model`; its frames come of those at `moments` (T,)."""
     count = len(curves)
-    then = np.interp(np.linspace(0, when[-1], count), when, np.arange(len(when)))  # B's frame, for each of B'
-    nearest = np.clip(np.round(then).astype(int), 0, len(when) - 1)
+    nearest = np.round(moments).astype(int)
     column = {name: k for k, name in enumerate(curves.named())}
     tracks = []
     for track in model.tracks:

@@ -15,6 +15,8 @@ from mocap.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
 
 ROOT = ("ahead", "aside", "turning", "height", "lean x", "lean y", "lean z")
 """The root's channels: metres a second, radians a second, metres, radians."""
+RATES = ROOT[:3]
+"""Those that go as fast as time goes: a step is as long in whatever time it is made."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +75,7 @@ def of_skeleton(motion: SkeletonMotion, near: NDArray | None = None) -> tuple[Cu
     turns = _vectors(np.concatenate([lean[:, None], motion.rotation], axis=1), near, root)
     columns = [rates, world[:, 1:2, 3], turns[:, 0]]
     owners, kinds = [skeleton.names[root]] * len(ROOT), list(ROOT)
-    for joint in _turning(skeleton, root):
+    for joint in jointed(skeleton, root):
         columns.append(turns[:, 1 + joint])
         owners += [skeleton.names[joint]] * 3
         kinds += ["turn x", "turn y", "turn z"]
@@ -94,7 +96,7 @@ def to_skeleton(curves: Curves, start: Start, model: SkeletonMotion) -> Skeleton
     turn = Rotation.from_rotvec(heading[:, None] * [0, 1, 0]) * Rotation.from_rotvec(curves.values[:, own[4:]])
 
     rotation = np.tile(model.rotation[0], (count, 1, 1))
-    for joint in _turning(skeleton, root):
+    for joint in jointed(skeleton, root):
         name = skeleton.names[joint]
         if (name, "turn x") in column:
             told = [column[name, f"turn {axis}"] for axis in "xyz"]
@@ -139,7 +141,7 @@ def at_rate(curves: Curves, fps: float) -> Curves:
     return resampled(curves, np.arange(round(seconds * fps) + 1) * curves.fps / fps, fps)
 
 
-def _turning(skeleton: Skeleton, root: int) -> list[int]:
+def jointed(skeleton: Skeleton, root: int) -> list[int]:
     """Joints told by their turns: all below the root that something hangs on."""
     inner = set(skeleton.parents)
     below = {root}

@@ -28,7 +28,7 @@ def period(values: NDArray, fps: float) -> int:
     shifts = np.arange(least, most)
     if not len(shifts):
         return 0
-    apart = np.array([(((scaled[p:] - scaled[:-p]) ** 2).sum(axis=1)).mean() / 2 for p in shifts])
+    apart = _apart(scaled)[least:most]
     dips = 1 + np.flatnonzero((apart[1:-1] <= apart[:-2]) & (apart[1:-1] < apart[2:]))
     good = [dip for dip in dips if apart[dip] < ROUND**2]
     if not good:
@@ -53,21 +53,32 @@ def loop(values: NDArray, fps: float) -> int:
     return int(ends[best]) if apart[best] < ROUND or (apart[best] < 2 * ROUND and bent[best] < 1) else 0
 
 
-def cut(values: NDArray, frames: int) -> NDArray:
-    """One cycle (frames, C) out of curves (T, C): where its ends meet best, the rest of the gap shared along it."""
-    last = len(values) - frames
+def cut(values: NDArray, frames: int) -> tuple[int, NDArray]:
+    """One cycle (frames, C) out of curves (T, C), and the frame at which it begins.
+
+    It is where its ends meet best; the rest of the gap is shared along it.
+    """
+    if len(values) <= frames:
+        return len(values) - frames, values[-frames:]
     speed = np.gradient(values, axis=0)
-    gaps = [
-        ((values[s + frames] - values[s]) ** 2).sum() + ((speed[s + frames] - speed[s]) ** 2).sum()
-        for s in range(max(last, 0))
-    ]
-    if not gaps:
-        return values[-frames:]
+    gaps = ((values[frames:] - values[:-frames]) ** 2).sum(axis=1) + ((speed[frames:] - speed[:-frames]) ** 2).sum(
+        axis=1
+    )
     start = int(np.argmin(gaps))
     gap = values[start + frames] - values[start]
-    return values[start : start + frames] - np.linspace(0, 1, frames, endpoint=False)[:, None] * gap
+    return start, values[start : start + frames] - np.linspace(0, 1, frames, endpoint=False)[:, None] * gap
 
 
 def repeated(cycle: NDArray, frames: int) -> NDArray:
     """A cycle (P, C) again and again, `frames` long."""
     return cycle[np.arange(frames) % len(cycle)]
+
+
+def _apart(values: NDArray) -> NDArray:
+    """Half the mean square between curves (T, C) and themselves p frames later, for every p: (T,)."""
+    count = len(values)
+    spectrum = np.fft.rfft(values, 2 * count, axis=0)
+    alike = np.fft.irfft((np.abs(spectrum) ** 2).sum(axis=1), 2 * count)[:count]
+    energy = np.concatenate([[0], np.cumsum((values**2).sum(axis=1))])
+    both = energy[count] - energy[:count] + energy[count:0:-1]  # of frames p to T and of frames 0 to T - p
+    return np.maximum(both / 2 - alike, 0) / np.arange(count, 0, -1)

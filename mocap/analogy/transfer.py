@@ -14,11 +14,12 @@ KEEP = 1e-3
 """Weight of (a - 1)^2, against channels of unit size: the offset does what a scale need not."""
 
 
-def transferred(one: NDArray, two: NDArray, three: NDArray, fps: float, keep: float = KEEP) -> NDArray:
-    """What becomes of curves `three` (T, C) if `two` is to `one` as it is to them, all in one time (eq. 7)."""
-    scale, offset = model(one, two, fps, keep)
-    left = two - (scale * one + offset)
-    return scale * three + offset + left
+def transferred(scale: NDArray, one: NDArray, two: NDArray, three: NDArray) -> NDArray:
+    """What becomes of curves `three` (T, C) if `two` is to `one` as it is to them, all in one time (eq. 7).
+
+    The offset and what neither it nor the scale (T, C) told of `two` are, together, two - scale one.
+    """
+    return two + scale * (three - one)
 
 
 def model(

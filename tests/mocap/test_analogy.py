@@ -144,7 +144,7 @@ def test_cycles_are_found_and_closed():
     t = np.arange(300) / 60
     values = np.stack([np.sin(2 * np.pi * t * 1.2), np.cos(4 * np.pi * t * 1.2) + 0.02 * t], axis=-1)
     assert cycles.period(values, 60.0) == 50
-    cycle = cycles.cut(values, 50)
+    _, cycle = cycles.cut(values, 50)
     again = cycles.repeated(cycle, 175)
     assert np.abs(np.diff(again, axis=0)).max() < 1.2 * np.abs(np.diff(values, axis=0)).max()
     assert cycles.period(np.cumsum(np.ones((300, 1)), axis=0), 60.0) == 0
