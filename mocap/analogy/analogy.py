@@ -88,7 +88,7 @@ def skeleton_curves(
     one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, knobs: Knobs = ALL
 ) -> tuple[Made, curving.Start]:
     """What `analogy` makes before it becomes a skeleton again, and where B sets off."""
-    from mocap.analogy.match import renamed
+    from mocap.analogy.lend import lent
 
     for name, motion in (("A", one), ("A'", two), ("B", three)):
         if not (np.isfinite(motion.rotation).all() and np.isfinite(motion.translation).all()):
@@ -96,10 +96,10 @@ def skeleton_curves(
     goal, start = curving.of_skeleton(three)
     told, notes = [], []
     for name, motion in (("A", one), ("A'", two)):
-        named, note = renamed(motion, three)
+        named, note = lent(motion, three)
         notes.append(f"{name}: {note}")
         own, _ = curving.of_skeleton(named, _near(named, three))
-        told.append(_sized(own, _times_as_large(three, named)))
+        told.append(own)
     made = curve_analogy(told[0], told[1], goal, knobs)
     return replace(made, notes=(*notes, *made.notes)), start
 
@@ -169,24 +169,6 @@ def _told(
 def _between(at: NDArray, here: NDArray) -> NDArray:
     """A time curve (m,) at frames that may lie between its own."""
     return np.interp(here, np.arange(len(at)), at)
-
-
-def _sized(curves: Curves, factor: float) -> Curves:
-    """Lengths of the root's way, for a skeleton so many times as large."""
-    far = np.array([kind in ("ahead", "aside", "height") for kind in curves.kinds])
-    return replace(curves, values=np.where(far, factor, 1.0) * curves.values)
-
-
-def _times_as_large(one: SkeletonMotion, other: SkeletonMotion) -> float:
-    """How many times as large one skeleton is as the other, by the links below the hips that both have."""
-    sizes = []
-    for motion in (one, other):
-        skeleton = motion.skeleton
-        below = [skeleton.names[k] for k in curving.jointed(skeleton, curving.hips(motion))]
-        sizes.append({name: length for name, length in zip(skeleton.names, skeleton.lengths()) if name in below})
-    shared = sizes[0].keys() & sizes[1].keys()
-    mine, theirs = (sum(size[name] for name in shared) for size in sizes)
-    return mine / theirs if min(mine, theirs) > 0 else 1.0
 
 
 def _near(motion: SkeletonMotion, goal: SkeletonMotion) -> NDArray:
