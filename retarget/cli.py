@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import capturing, exaggerating, lending, many, moving, proposing, start
+from retarget.commands import analogies, capturing, exaggerating, lending, many, moving, proposing, start
 from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
@@ -19,7 +19,7 @@ COMMANDS: tuple[Callable[..., str], ...] = (
     lending.retarget,
     proposing.propose,
 )
-MOCAP: tuple[Callable[..., str], ...] = (moving.report,)
+MOCAP: tuple[Callable[..., str], ...] = (moving.report, analogies.analogy)
 """The subcommands of `tooncap mocap`."""
 
 

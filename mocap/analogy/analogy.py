@@ -15,7 +15,7 @@ from mocap.analogy.curves import Curves
 from mocap.analogy.feet import calm, meant, slide, standing
 from mocap.skeleton import SkeletonMotion
 
-ROUNDS = 3
+ROUNDS = 5
 """Feet made to stand stand in other frames than before: so often it is looked whether they do as well as B's."""
 
 
@@ -27,8 +27,8 @@ class Knobs:
     keep: float = transfer.KEEP  # how strongly B's own way of moving is kept
     space: bool = True  # how it moves ...
     time: bool = True  # ... and when
-    only: tuple[str, ...] = ()  # owners (joints, parts) whose channels change; all by default
-    on: tuple[str, ...] = ()  # owners whose channels say which frame is which; all that move by default
+    only: tuple[str, ...] = ()  # joints or parts of the body that change; all by default
+    on: tuple[str, ...] = ()  # those that say which frame is which; all that move by default
     slope: int = align.SLOPE
     free: float = 0.0  # seconds of A and A' that may be left out at their starts and ends
     turn: bool = True  # repeat what comes round until it covers B
@@ -77,10 +77,13 @@ def _on_its_feet(
         return moved
     as_well = slide(three)
     moved = carried(moved, feet, stand, max(slide(two), as_well))
+    aim = as_well
     for _ in range(ROUNDS):
-        moved = standing(moved, feet, calm(moved, feet, stand), as_well)
-        if slide(moved) <= as_well:
+        moved = standing(moved, feet, calm(moved, feet, stand), aim)
+        now = slide(moved)
+        if now <= as_well:
             break
+        aim *= as_well / now
     return moved
 
 
@@ -89,6 +92,7 @@ def skeleton_curves(
 ) -> tuple[Made, curving.Start]:
     """What `analogy` makes before it becomes a skeleton again, and where B sets off."""
     from mocap.analogy.lend import lent
+    from mocap.analogy.match import called
 
     for name, motion in (("A", one), ("A'", two), ("B", three)):
         if not (np.isfinite(motion.rotation).all() and np.isfinite(motion.translation).all()):
@@ -100,6 +104,7 @@ def skeleton_curves(
         notes.append(f"{name}: {note}")
         own, _ = curving.of_skeleton(named, _near(named, three))
         told.append(own)
+    knobs = replace(knobs, only=called(knobs.only, three), on=called(knobs.on, three))
     made = curve_analogy(told[0], told[1], goal, knobs)
     return replace(made, notes=(*notes, *made.notes)), start
 

@@ -44,7 +44,7 @@ def lent(motion: SkeletonMotion, goal: SkeletonMotion) -> tuple[SkeletonMotion, 
     translation[:, root] = _hips_at(_larger(motion, goal, source) * world[:, hips(motion), :, 3], goal, root)
     names = tuple(name if k in source else f"~{name}" for k, name in enumerate(skeleton.names))
     lent_on = Skeleton(names, skeleton.parents, skeleton.offsets)
-    return SkeletonMotion(lent_on, translation, rotation, motion.fps), match.told(answers, skeleton)
+    return SkeletonMotion(lent_on, translation, rotation, motion.fps), match.told(answers, goal)
 
 
 def _rests(one: Skeleton, two: Skeleton, source: dict[int, int]) -> dict[int, NDArray]:

@@ -5,7 +5,7 @@ import re
 from capture.errors import InputError
 from mocap.analogy.curves import hips
 from mocap.body import Body, find_body
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeleton import SkeletonMotion
 
 
 def matched(motion: SkeletonMotion, goal: SkeletonMotion) -> dict[int, int]:
@@ -40,10 +40,30 @@ def matched(motion: SkeletonMotion, goal: SkeletonMotion) -> dict[int, int]:
     return answers
 
 
-def told(answers: dict[int, int], goal: Skeleton) -> str:
-    """A sentence on what was matched."""
-    inner = sorted(set(goal.parents) - {-1})
-    left = [goal.names[k] for k in inner if k not in answers.values()]
+def called(names: tuple[str, ...], motion: SkeletonMotion) -> tuple[str, ...]:
+    """The joints that names mean: joints, parts of the body such as "left arm" or "spine", or both sides' "arms"."""
+    skeleton, found = motion.skeleton, []
+    label = find_body(skeleton, motion.positions()).label if names else ()
+    for name in names:
+        plain = name.lower().strip()
+        own = [joint for joint in skeleton.names if plainly(joint) == plainly(name)]
+        part = [joint for joint, of in zip(skeleton.names, label) if plain in (of, *_plurals(of))]
+        found += own or part
+        if not own and not part:
+            parts = ", ".join(dict.fromkeys(label))
+            raise InputError(f"parts must be joints of B or {parts}, {name} is none: rename it")
+    return tuple(dict.fromkeys(found))
+
+
+def _plurals(part: str) -> tuple[str, ...]:
+    words = part.split()[1:]
+    return tuple(" ".join(words[k:]) + "s" for k in range(len(words)))
+
+
+def told(answers: dict[int, int], goal: SkeletonMotion) -> str:
+    """A sentence on what was matched; what stands still above the hips need not be."""
+    inner = sorted(set(goal.skeleton.parents) - {-1} - set(goal.skeleton.path(hips(goal))[:-1]))
+    left = [goal.skeleton.names[k] for k in inner if k not in answers.values()]
     said = f"{len(inner) - len(left)} of B's {len(inner)} joints are matched"
     if left:
         said += f", {', '.join(left[:6])}{' and others' if len(left) > 6 else ''} stay as in B"

@@ -112,7 +112,12 @@ def test_only_the_parts_that_are_named_change(stroll):
     made = analogy(one, two, three, Knobs(only=("spine",), time=False, feet=False))
     np.testing.assert_allclose(np.abs(made.rotation[:, 4:]), np.abs(three.rotation[:, 4:]), atol=1e-9)
     assert apart(made, three) > 2
-    with pytest.raises(InputError, match="only must name"):
+    legs = analogy(one, two, three, Knobs(only=("legs", "spine"), time=False, feet=False))
+    np.testing.assert_allclose(legs.rotation[:, 1], made.rotation[:, 1], atol=1e-9)
+    arm, hip = (three.skeleton.names.index(name) for name in ("left shoulder", "left hip"))
+    np.testing.assert_allclose(np.abs(legs.rotation[:, arm]), np.abs(three.rotation[:, arm]), atol=1e-9)
+    assert np.abs(legs.rotation[:, hip] - three.rotation[:, hip]).max() > 0.05
+    with pytest.raises(InputError, match=r"parts must be joints of B or .*left arm.*tail is none"):
         analogy(one, two, three, Knobs(only=("tail",)))
 
 
