@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mocap.analogy.transfer import KEEP
 from retarget.console import Failed, Out, folder_at, one_line, stem, tell
 
 if TYPE_CHECKING:
@@ -20,7 +19,7 @@ def analogy(
     *motions: Path,
     out: Out = None,
     style: float = 1.0,
-    keep: float = KEEP,
+    keep: float = 1e-3,
     only: tuple[str, ...] = (),
     on: tuple[str, ...] = (),
     space: bool = False,

@@ -136,7 +136,7 @@ def test_one_cycle_is_cut_out_and_repeated(stroll):
     """Two seconds of a walk, and one cycle of a quick one, for eight seconds of B."""
     one, two, three = stroll(seconds=2.2), stroll(seconds=0.8, pace=1.4, swing=0.7), stroll(seconds=8.0, pace=0.9)
     made = analogy(one, two, three)
-    assert any("one cycle of each was repeated 7 times" in note for note in made.notes)
+    assert any("one cycle of each was repeated 7.2 times" in note for note in made.notes)
     pace = 0.9 * 1.4 / 1.0  # B goes as much quicker as A' than A
     assert len(made) == pytest.approx(7.2 / pace * 60, rel=0.03)
     joint = three.skeleton.names.index("left hip")

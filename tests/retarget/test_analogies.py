@@ -1,5 +1,7 @@
 """Analogies as a user makes them: files in, a file out, a line that says what came of it."""
 
+import inspect
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +14,7 @@ from fixtures import skeletons
 from mocap.bvh import read_bvh, write_bvh
 from mocap.skeleton import Skeleton, SkeletonMotion
 from retarget.cli import main
+from retarget.commands import analogies
 
 
 def figure(made, unit=100.0):
@@ -120,7 +123,6 @@ def test_this_bounces_like_that(tmp_path, capsys):
     ],
 )
 def test_bad_input_is_said_in_a_sentence(files, capsys, monkeypatch, words, told):
-    import re
 
     monkeypatch.chdir(files)
     write_bvh(figure(skeletons.walk(seconds=2.0, fps=30.0)).part(0, 1), files / "one.bvh")
@@ -148,3 +150,10 @@ def _ball(height, name="ball"):
     pivot, order = np.array([100.0, 100.0]), np.zeros(97, int)
     track = Track(name, "", pivot, keyset.names, keyset.rows, maps, np.ones((97, 1)), **still, order=order)
     return CartoonMotion((track,), (replace(keyset),), np.arange(97) / 24, 24.0, (640, 480))
+
+
+def test_the_commands_defaults_are_the_functions():
+    from mocap.analogy.analogy import ALL
+
+    told = inspect.signature(analogies.analogy).parameters
+    assert all(told[name].default == getattr(ALL, name) for name in ("style", "keep", "only", "on", "free", "slope"))
