@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from mocap.analogy import align, cover, rhythm, transfer
 from mocap.analogy import curves as curving
-from mocap.analogy.carry import carried
+from mocap.analogy.carry import carried, grounded
 from mocap.analogy.cover import some
 from mocap.analogy.curves import Curves
 from mocap.analogy.feet import calm, meant, slide, standing
@@ -72,14 +72,15 @@ def _on_its_feet(
 ) -> SkeletonMotion:
     """B' carried by the feet that are meant to stand, which then stand as well as those of B."""
     others = (one, two) if knobs.style > 0.5 else (three, three)  # half a style: it is still B that walks
-    feet, stand = meant(*others, three, made.moments, made.changed)
+    feet, stand, heights = meant(*others, three, made.moments, made.changed)
     if not feet:
         return moved
     as_well = slide(three)
-    moved = carried(moved, feet, stand, max(slide(two), as_well))
+    moved = grounded(carried(moved, feet, stand, max(slide(two), as_well)), feet, stand, heights)
     aim = as_well
     for _ in range(ROUNDS):
-        moved = standing(moved, feet, calm(moved, feet, stand), aim)
+        now_stand = calm(moved, feet, stand)
+        moved = standing(moved, feet, now_stand, aim, np.where(stand, heights, moved.positions()[:, feet, 1]))
         now = slide(moved)
         if now <= as_well:
             break
@@ -97,12 +98,13 @@ def skeleton_curves(
     for name, motion in (("A", one), ("A'", two), ("B", three)):
         if not (np.isfinite(motion.rotation).all() and np.isfinite(motion.translation).all()):
             raise InputError(f"{name} must hold finite numbers, it holds others: mend the file")
-    goal, start = curving.of_skeleton(three)
+    neutral = curving.neutral(three)
+    goal, start = curving.of_skeleton(three, neutral)
     told, notes = [], []
     for name, motion in (("A", one), ("A'", two)):
         named, note = lent(motion, three)
         notes.append(f"{name}: {note}")
-        own, _ = curving.of_skeleton(named, _near(named, three))
+        own, _ = curving.of_skeleton(named, neutral, curving.first_turns(three, neutral))
         told.append(own)
     knobs = replace(knobs, only=called(knobs.only, three), on=called(knobs.on, three))
     made = curve_analogy(told[0], told[1], goal, knobs)
@@ -168,19 +170,13 @@ def _told(
     for pair in (same, there):
         pair[1] = pair[0] + knobs.style * (pair[1] - pair[0])
     scale, _ = transfer.model(*same, fps, knobs.keep)
-    return transfer.transferred(curving.sampled(scale, here), *there, curving.sampled(three, here))
+    held = np.where(far, 0.0, transfer.holding(scale, *same, three))  # to stand still is no speed, whoever goes
+    return transfer.transferred(curving.sampled(scale, here), *there, curving.sampled(three, here), held)
 
 
 def _between(at: NDArray, here: NDArray) -> NDArray:
     """A time curve (m,) at frames that may lie between its own."""
     return np.interp(here, np.arange(len(at)), at)
-
-
-def _near(motion: SkeletonMotion, goal: SkeletonMotion) -> NDArray:
-    """The turns (J, 3) that the first frame should be near: those of B's joints of the same names."""
-    first = dict(zip(goal.skeleton.names, curving.first_turns(goal)))
-    own = curving.first_turns(motion)
-    return np.stack([first.get(name, turn) for name, turn in zip(motion.skeleton.names, own)])
 
 
 def _check(one: Curves, two: Curves, three: Curves) -> None:

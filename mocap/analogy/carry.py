@@ -14,7 +14,10 @@ from mocap.analogy.curves import hips
 from mocap.skeleton import SkeletonMotion
 
 EVEN = 0.1
-"""Seconds within which the body's speed is not changed suddenly."""
+"""Seconds within which the body is not moved suddenly."""
+
+LOW = 0.01
+"""Metres: feet that stand so much too high or low are left to the legs."""
 
 
 def carried(
@@ -24,23 +27,42 @@ def carried(
 
     Speeds are changed by what goes beyond `slack` metres a second: so much feet slide that stand well.
     """
-    from scipy.linalg import solveh_banded
-
     both = contacts[1:] & contacts[:-1]
     if not both.any():
         return motion
     slides = np.diff(motion.positions()[:, feet][..., [0, 2]], axis=0) * motion.fps  # (T - 1, F, 2)
-    standing = both.sum(axis=1)
-    wanted = -(slides * both[..., None]).sum(axis=1)
-    stiff = (even * motion.fps) ** 2
-    band = np.zeros((2, len(both)))
-    band[1] = standing + stiff * np.r_[1, np.full(len(both) - 2, 2), 1] if len(both) > 1 else standing
-    band[0, 1:] = -stiff
-    change = solveh_banded(band, wanted, check_finite=False)
-    size = np.linalg.norm(change, axis=1, keepdims=True)
-    change *= np.maximum(size - slack, 0) / np.maximum(size, 1e-12)
+    change = _evenly(-slides, both, even * motion.fps, slack)
     way = np.concatenate([np.zeros((1, 2)), np.cumsum(change, axis=0)]) / motion.fps
     return shifted(motion, np.stack([way[:, 0], np.zeros(len(way)), way[:, 1]], axis=-1))
+
+
+def grounded(
+    motion: SkeletonMotion,
+    feet: Sequence[int],
+    contacts: NDArray,
+    heights: NDArray,
+    slack: float = LOW,
+    even: float = EVEN,
+) -> SkeletonMotion:
+    """The motion as high as its feet are at `heights` (T, F), metres, in their contacts (T, F), but for `slack`."""
+    if not contacts.any():
+        return motion
+    lack = (heights - motion.positions()[:, feet, 1])[..., None]
+    change = _evenly(lack, contacts, even * motion.fps, slack)
+    return shifted(motion, change * [0, 1.0, 0])
+
+
+def _evenly(wanted: NDArray, where: NDArray, even: float, slack: float) -> NDArray:
+    """What is wanted (n, F, d) where (n, F) it is, evened out over `even` frames and shortened by `slack`: (n, d)."""
+    from scipy.linalg import solveh_banded
+
+    stiff, count = even**2, len(where)
+    band = np.zeros((2, count))
+    band[1] = where.sum(axis=1) + (stiff * np.r_[1, np.full(count - 2, 2), 1] if count > 1 else 0)
+    band[0, 1:] = -stiff
+    change = solveh_banded(band, (wanted * where[..., None]).sum(axis=1), check_finite=False)
+    size = np.linalg.norm(change, axis=1, keepdims=True)
+    return change * np.maximum(size - slack, 0) / np.maximum(size, 1e-12)
 
 
 def shifted(motion: SkeletonMotion, way: NDArray) -> SkeletonMotion:

@@ -92,7 +92,8 @@ def _turns(motion: SkeletonMotion, goal: SkeletonMotion) -> np.ndarray:
     from mocap.analogy.lend import lent
 
     own = motion if motion.skeleton.names == goal.skeleton.names else lent(motion, goal)[0]
-    curves, _ = curving.of_skeleton(own, curving.first_turns(goal))
+    neutral = curving.neutral(goal)
+    curves, _ = curving.of_skeleton(own, neutral, curving.first_turns(goal, neutral))
     return curves.values[:, len(curving.ROOT) :]
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mocap.analogy.carry import shifted
 from mocap.analogy.curves import hips
+from mocap.analogy.lend import larger
 from mocap.body import find_body
 from mocap.contacts import find_contacts, floors, runs, speeds
 from mocap.reach import reached
@@ -22,14 +23,17 @@ from mocap.units import STATURE, stature
 NEAR, CALM = 0.1, 1.0
 """A foot that is meant to stand does, if it is no higher than so many metres over the floor and no faster, m/s."""
 
+OFF = 1e-3
+"""Metres: what is so near to where it must be is there."""
+
 REACH = 0.995
 """Of a leg's length: nearer to straight it would snap."""
 
 
 def meant(
     one: SkeletonMotion, two: SkeletonMotion, three: SkeletonMotion, moments: NDArray, changed: Sequence[str]
-) -> tuple[tuple[int, ...], NDArray]:
-    """The joints of B that stand, and in which frames of B' (T, F) they are meant to.
+) -> tuple[tuple[int, ...], NDArray, NDArray]:
+    """The joints of B that stand, in which frames of B' (T, F) they are meant to, and how high they then are, metres.
 
     It is an analogy of its own: a foot does what it does in B where it does the same in A and A', else what it does in
     A'.  So a run made of a walk flies where its A' flies.  `moments` (T, 3) are the frames, at B's rate, of A, A' and B
@@ -37,16 +41,23 @@ def meant(
     """
     body = find_body(three.skeleton, three.positions())
     given, before, after = (_stands(motion, three, moments[:, k]) for motion, k in ((three, 2), (one, 0), (two, 1)))
-    columns = []
+    columns, heights = [], []
     for name, joints in body.parts.items():
         if not name.endswith("leg"):
             continue
-        stands = given[name]
+        stands, height = given[name]
         moved = any(three.skeleton.names[joint] in changed for joint in joints)
         if moved and name in before and name in after:
-            stands = np.where(before[name] == after[name], stands, after[name])
-        columns.append(stands)
-    return body.feet, np.stack(columns, axis=-1) if columns else np.zeros((len(moments), 0), bool)
+            one_stands, two_stands = before[name][0] > 0, after[name][0] > 0
+            all_stand = one_stands & two_stands & (stands > 0)
+            together = after[name][1] + height - before[name][1]
+            stands, height = np.where(one_stands == two_stands, given[name], after[name])
+            height = np.where(all_stand, together, height)
+        columns.append(stands.astype(bool))
+        heights.append(height)
+    if not columns:
+        return body.feet, np.zeros((len(moments), 0), bool), np.zeros((len(moments), 0))
+    return body.feet, np.stack(columns, axis=-1), np.stack(heights, axis=-1)
 
 
 def calm(motion: SkeletonMotion, feet: Sequence[int], stand: NDArray) -> NDArray:
@@ -67,23 +78,41 @@ def slide(motion: SkeletonMotion) -> float:
 
 
 def standing(
-    motion: SkeletonMotion, feet: Sequence[int], contacts: NDArray, slide: float = 0.0, blend: float = BLEND
+    motion: SkeletonMotion,
+    feet: Sequence[int],
+    contacts: NDArray,
+    slide: float = 0.0,
+    heights: NDArray | None = None,
+    blend: float = BLEND,
 ) -> SkeletonMotion:
     """The motion (T frames) with the joints `feet` (F,) standing in their contacts (T, F); bones keep their lengths.
 
-    On average they then slide no faster than `slide` metres a second; those that slide least are left alone.
+    They are at `heights` (T, F), by default at their mean ones.  On average they slide no faster than `slide` metres a
+    second; those that slide least are left alone.
     """
     places = motion.positions()[:, feet]
     most = _most(places, contacts, motion.fps, slide)
-    if not contacts.any() or np.isinf(most):
+    if heights is None:
+        heights = _mean_heights(places[..., 1], contacts)
+    off = np.abs(heights - places[..., 1])[contacts].max(initial=0.0)
+    if not contacts.any() or (np.isinf(most) and off < OFF):
         return motion
     goals = [
-        _stand(joint, places[:, foot], contacts[:, foot], motion.fps, most, blend)
+        _stand(joint, places[:, foot], contacts[:, foot], heights[:, foot], motion.fps, most, blend)
         for foot, joint in enumerate(feet)
         if contacts[:, foot].any()
     ]
     body = hips(motion)
     return reached(_lowered(motion, goals, body), goals, body)
+
+
+def _mean_heights(heights: NDArray, contacts: NDArray) -> NDArray:
+    """Heights (T, F) of feet, in each contact its mean."""
+    level = heights.copy()
+    for foot, contact in enumerate(contacts.T):
+        for first, stop in runs(contact):
+            level[first:stop, foot] = heights[first:stop, foot].mean()
+    return level
 
 
 def _most(feet: NDArray, contacts: NDArray, fps: float, mean: float) -> float:
@@ -105,21 +134,32 @@ def _speed(places: NDArray, fps: float) -> float:
 
 
 def _stands(motion: SkeletonMotion, goal: SkeletonMotion, frames: NDArray) -> dict[str, NDArray]:
-    """For each leg whether its foot stands (T,), in frames (T,) at the rate of `goal`."""
-    body = find_body(motion.skeleton, motion.positions())
+    """For each leg whether its foot stands and how high it is (2, T), in frames (T,) at the rate of `goal`.
+
+    Heights are those of a figure as tall as `goal`.
+    """
+    places = motion.positions()
+    body = find_body(motion.skeleton, places)
     legs = [name for name in body.parts if name.endswith("leg")]
-    found = find_contacts(motion, body.feet)
     own = np.round(frames * motion.fps / goal.fps).astype(int).clip(0, len(motion) - 1)
-    return {name: found[own, k] for k, name in enumerate(legs)}
+    found = find_contacts(motion, body.feet)[own]
+    taller = larger(motion, goal)
+    return {
+        name: np.stack([found[:, k], taller * places[own, foot, 1]])
+        for k, (name, foot) in enumerate(zip(legs, body.feet))
+    }
 
 
-def _stand(joint: int, places: NDArray, contact: NDArray, fps: float, most: float, blend: float) -> Goal:
-    """A goal about the mean place of every stretch of contact, and between two of them where the joint is."""
+def _stand(
+    joint: int, places: NDArray, contact: NDArray, height: NDArray, fps: float, most: float, blend: float
+) -> Goal:
+    """A goal about the mean place of every stretch of contact, at `height` (T,); between two where the joint is."""
     held = places.copy()
     for first, stop in runs(contact):
         own = places[first:stop]
         middle = own.mean(axis=0)
         held[first:stop] = middle + min(1.0, most / max(_speed(own, fps), 1e-9)) * (own - middle)
+    held[contact, 1] = height[contact]
     hold = easing(contact, fps, blend)
     known = np.flatnonzero(contact)
     shift = np.stack([np.interp(np.arange(len(held)), known, (held - places)[known, k]) for k in range(3)], axis=-1)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap.analogy import match
-from mocap.analogy.curves import hips
+from mocap.analogy.curves import hips, jointed
 from mocap.body import find_body
 from mocap.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
 from mocap.units import stature
@@ -41,10 +41,18 @@ def lent(motion: SkeletonMotion, goal: SkeletonMotion) -> tuple[SkeletonMotion, 
         else:
             turns[:, joint] = above @ still[joint]
     translation = np.tile(goal.translation[0], (count, 1, 1))
-    translation[:, root] = _hips_at(_larger(motion, goal, source) * world[:, hips(motion), :, 3], goal, root)
+    translation[:, root] = _hips_at(larger(motion, goal) * world[:, hips(motion), :, 3], goal, root)
     names = tuple(name if k in source else f"~{name}" for k, name in enumerate(skeleton.names))
     lent_on = Skeleton(names, skeleton.parents, skeleton.offsets)
     return SkeletonMotion(lent_on, translation, rotation, motion.fps), match.told(answers, goal)
+
+
+def larger(one: SkeletonMotion, two: SkeletonMotion) -> float:
+    """How many times as large the second skeleton is, by legs if both have some, else by all below the hips."""
+    tall = [stature(motion, find_body(motion.skeleton, motion.positions())) for motion in (one, two)]
+    if min(tall) <= 0:
+        tall = [motion.skeleton.lengths()[jointed(motion.skeleton, hips(motion))].sum() for motion in (one, two)]
+    return float(tall[1] / tall[0]) if min(tall) > 0 else 1.0
 
 
 def _rests(one: Skeleton, two: Skeleton, source: dict[int, int]) -> dict[int, NDArray]:
@@ -86,17 +94,6 @@ def _shortest(one: NDArray, other: NDArray) -> NDArray:
     if size < 1e-12 and one @ other < 0:  # straight back: about any axis across
         axis, size = np.cross(one, np.eye(3)[np.abs(one).argmin()]), 1.0
     return Rotation.from_rotvec(np.arctan2(size, one @ other) * _unit(axis)).as_matrix()
-
-
-def _larger(one: SkeletonMotion, two: SkeletonMotion, source: dict[int, int]) -> float:
-    """How many times as large `two` is, by the legs if both have some, else by all links that both have."""
-    tall = [stature(motion, find_body(motion.skeleton, motion.positions())) for motion in (one, two)]
-    if min(tall) > 0:
-        return tall[1] / tall[0]
-    joints = [joint for joint in source if hips(two) in two.skeleton.path(joint)[:-1]]
-    mine = sum(one.skeleton.lengths()[source[joint]] for joint in joints)
-    theirs = sum(two.skeleton.lengths()[joint] for joint in joints)
-    return theirs / mine if min(mine, theirs) > 0 else 1.0
 
 
 def _hips_at(places: NDArray, goal: SkeletonMotion, root: int) -> NDArray:

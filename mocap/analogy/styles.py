@@ -30,7 +30,7 @@ def drunk(motion: SkeletonMotion, sway: float = 0.08, roll: float = 0.25, slower
     feet = _feet(motion)
     t = np.arange(len(motion)) / motion.fps
     wave = np.sin(2 * np.pi * t / 1.7) + 0.6 * np.sin(2 * np.pi * t / 1.07 + 1)  # seconds; never quite the same
-    aside = _ahead(motion)[:, [2, 1, 0]] * [1, 0, -1]
+    aside = facing(motion)[:, [2, 1, 0]] * [1, 0, -1]
     swayed = shifted(motion, sway * wave[:, None] * aside)
     return _footed(leaning(swayed, 0.15, roll * wave), feet, motion.positions()[:, feet])
 
@@ -38,7 +38,7 @@ def drunk(motion: SkeletonMotion, sway: float = 0.08, roll: float = 0.25, slower
 def aside(motion: SkeletonMotion, share: float = 0.5) -> SkeletonMotion:
     """The motion going to its left, not ahead: steps as long, times `share`, body and arms facing as before."""
     feet = _feet(motion)
-    ahead = _ahead(motion).mean(axis=0)
+    ahead = facing(motion).mean(axis=0)
     ahead /= np.linalg.norm(ahead)
     left = np.array([ahead[2], 0, -ahead[0]])
     places = motion.positions()
@@ -69,7 +69,7 @@ def leaning(motion: SkeletonMotion, ahead: float, left: NDArray | float = 0.0) -
     if not spine:
         return motion
     parent = motion.world()[:, motion.skeleton.parents[spine[0]], :, :3]
-    front = _ahead(motion)
+    front = facing(motion)
     across = front[:, [2, 1, 0]] * [1, 0, -1]  # to the left
     turn = np.broadcast_to(ahead, len(motion))[:, None] * across - np.broadcast_to(left, len(motion))[:, None] * front
     own = Rotation.from_rotvec(np.einsum("tji,tj->ti", parent, turn))  # in the space of what the spine hangs on
@@ -90,7 +90,7 @@ def _feet(motion: SkeletonMotion) -> list[int]:
     return [joint for toe in toes for joint in (motion.skeleton.parents[toe], toe)]
 
 
-def _ahead(motion: SkeletonMotion) -> NDArray:
+def facing(motion: SkeletonMotion) -> NDArray:
     """Where the body faces (T, 3), along the floor: across the hips, with the left leg on its left."""
     places, parts = motion.positions(), find_body(motion.skeleton, motion.positions()).parts
     left = places[:, parts["left leg"][0]] - places[:, parts["right leg"][0]]

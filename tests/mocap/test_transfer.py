@@ -1,6 +1,7 @@
 """Laws of scale and offset over time, and of rhythm."""
 
 import numpy as np
+import pytest
 
 from mocap.analogy import rhythm, transfer
 
@@ -91,3 +92,15 @@ def test_where_b_is_a_all_of_a2_comes_back_whatever_the_scale():
     scale, _ = transfer.model(one, two, 60.0)
     np.testing.assert_allclose(transfer.transferred(scale, one, two, one), two, atol=1e-12)
     np.testing.assert_allclose(transfer.transferred(np.ones_like(scale), one, one, two), two, atol=1e-12)
+
+
+def test_poses_add_where_swings_vanish_and_scale_where_all_is_scaled():
+    """A bends by 1 and swings, A' hardly swings: an upright B stays upright.  Twice A is twice B, its mean too."""
+    t = np.arange(240) / 60
+    swing = np.sin(2 * np.pi * t)[:, None]
+    one, three = 1 + 0.5 * swing, 0.2 + 0.4 * swing
+    for two, mean in ((1.1 + 0.02 * swing, 0.3), (2 * one, 0.4)):
+        scale, _ = transfer.model(one, two, 60.0)
+        held = transfer.holding(scale, one, two, three)
+        made = transfer.transferred(scale, one, two, three, held)
+        assert made.mean() == pytest.approx(mean, abs=0.03)
