@@ -102,7 +102,7 @@ def skeleton_curves(
     goal, start = curving.of_skeleton(three, neutral)
     told, notes = [], []
     for name, motion in (("A", one), ("A'", two)):
-        named, note = lent(motion, three)
+        named, note = lent(motion, three, one)
         notes.append(f"{name}: {note}")
         own, _ = curving.of_skeleton(named, neutral, curving.first_turns(three, neutral))
         told.append(own)

@@ -25,12 +25,13 @@ def carried(
 ) -> SkeletonMotion:
     """The motion with its root going as the joints `feet` (F,) carry it in their contacts (T, F).
 
-    Speeds are changed by what goes beyond `slack` metres a second: so much feet slide that stand well.
+    Speeds are changed by what goes beyond `slack` metres a second: so much feet slide that stand well.  If they do on
+    average, nothing is changed.
     """
     both = contacts[1:] & contacts[:-1]
-    if not both.any():
-        return motion
     slides = np.diff(motion.positions()[:, feet][..., [0, 2]], axis=0) * motion.fps  # (T - 1, F, 2)
+    if not both.any() or np.linalg.norm(slides, axis=-1)[both].mean() <= 1.01 * slack:
+        return motion
     change = _evenly(-slides, both, even * motion.fps, slack)
     way = np.concatenate([np.zeros((1, 2)), np.cumsum(change, axis=0)]) / motion.fps
     return shifted(motion, np.stack([way[:, 0], np.zeros(len(way)), way[:, 1]], axis=-1))

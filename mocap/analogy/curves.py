@@ -75,7 +75,7 @@ def of_skeleton(
     root, skeleton, fps = hips(motion), motion.skeleton, motion.fps
     neutral = np.tile([0, 0, 0, 1.0], (len(skeleton), 1)) if neutral is None else neutral
     world = motion.world()[:, root]
-    heading, lean = _headed(world[:, :, :3])
+    heading, lean = headed(world[:, :, :3])
     place = world[:, [0, 2], 3]
     steps = np.diff(place, axis=0) * fps
     ahead, aside = _in_heading(steps, heading[:-1])
@@ -127,7 +127,7 @@ def neutral(motion: SkeletonMotion) -> NDArray:
 
     root = hips(motion)
     mean = np.stack([Rotation.from_quat(turns).mean().as_quat() for turns in np.swapaxes(motion.rotation, 0, 1)])
-    mean[root] = Rotation.from_quat(_headed(motion.world()[:, root, :, :3])[1]).mean().as_quat()
+    mean[root] = Rotation.from_quat(headed(motion.world()[:, root, :, :3])[1]).mean().as_quat()
     mean[2 * np.arccos(np.minimum(np.abs(mean[:, 3]), 1)) < FAR] = [0, 0, 0, 1]
     return mean
 
@@ -135,7 +135,7 @@ def neutral(motion: SkeletonMotion) -> NDArray:
 def first_turns(motion: SkeletonMotion, neutral: NDArray) -> NDArray:
     """Turns (1 + J, 3) of the first frame, for `near` of another motion of the same joints."""
     root = hips(motion)
-    lean = _headed(motion.world()[:1, root, :, :3])[1]
+    lean = headed(motion.world()[:1, root, :, :3])[1]
     return _vectors(_against(neutral, root), np.concatenate([lean[:, None], motion.rotation[:1]], axis=1), None)[0]
 
 
@@ -176,7 +176,7 @@ def jointed(skeleton: Skeleton, root: int) -> list[int]:
     return [joint for joint in sorted(below - {root}) if joint in inner]
 
 
-def _headed(turns: NDArray) -> tuple[NDArray, NDArray]:
+def headed(turns: NDArray) -> tuple[NDArray, NDArray]:
     """Heading (T,) about y, unwrapped, and what is left of turns (T, 3, 3) after it, as quaternions (T, 4)."""
     from scipy.spatial.transform import Rotation
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap.analogy import match
-from mocap.analogy.curves import hips, jointed
+from mocap.analogy.curves import headed, hips, jointed
 from mocap.body import find_body
 from mocap.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
 from mocap.units import stature
@@ -13,11 +13,14 @@ ALIKE = np.radians(45)
 """Two persons in one kind of skeleton do not rest farther apart: then turns mean the same for both."""
 
 
-def lent(motion: SkeletonMotion, goal: SkeletonMotion) -> tuple[SkeletonMotion, str]:
+def lent(
+    motion: SkeletonMotion, goal: SkeletonMotion, usual: SkeletonMotion | None = None
+) -> tuple[SkeletonMotion, str]:
     """The motion on the skeleton of `goal`, and a sentence on what was matched.
 
     Links point where the links they answer point, and the hips go as much farther as the skeleton is larger.  Joints
-    that have no answer are told by a name of their own, and keep still.
+    that have no answer are told by a name of their own, and keep still.  Where rest poses do not tell how a link is
+    rolled, it is on average as in `goal` in a `usual` motion of this skeleton, by default this one.
     """
     from scipy.spatial.transform import Rotation
 
@@ -28,6 +31,9 @@ def lent(motion: SkeletonMotion, goal: SkeletonMotion) -> tuple[SkeletonMotion, 
     rests = _rests(motion.skeleton, skeleton, source)
     if motion.skeleton.parents == skeleton.parents and all(_turned(rest) < ALIKE for rest in rests.values()):
         rests = dict.fromkeys(rests, np.eye(3))
+    else:
+        same = usual is not None and usual.skeleton.names == motion.skeleton.names
+        _roll(rests, usual.world() if same else world, goal, source)
     count = len(motion)
     turns = np.empty((count, len(skeleton), 3, 3))
     rotation = np.tile(goal.rotation[0], (count, 1, 1))
@@ -83,6 +89,38 @@ def _rests(one: Skeleton, two: Skeleton, source: dict[int, int]) -> dict[int, ND
                 turn = _shortest(there.mean(axis=0), here.mean(axis=0))
         rests[joint] = turn @ before
     return rests
+
+
+def _roll(rests: dict[int, NDArray], world: NDArray, goal: SkeletonMotion, source: dict[int, int]) -> None:
+    """Roll those of the turns `rests` (3, 3) about their links that are large, so that on average links roll as B's do.
+
+    One link tells where a joint points, not how it is rolled, and so about which of its axes it bends; a hand without
+    fingers tells not even that, and is turned on average as B's.
+    """
+    from scipy.spatial.transform import Rotation
+
+    root, skeleton = hips(goal), goal.skeleton
+    theirs, ours = goal.world()[..., :3], world[..., :3]
+
+    def level(turns: NDArray) -> Rotation:
+        heading, _ = headed(turns)
+        return Rotation.from_rotvec(-heading[:, None] * [0, 1, 0])
+
+    before, after = level(ours[:, source[root]] @ rests[root]), level(theirs[:, root])
+    for joint, rest in rests.items():
+        below = [child for child in skeleton.children(joint) if child in source]
+        if len(below) > 1 or _turned(rest) < ALIKE:
+            continue
+        mean = (before * Rotation.from_matrix(ours[:, source[joint]] @ rest)).mean().as_matrix()
+        goal_mean = (after * Rotation.from_matrix(theirs[:, joint])).mean().as_matrix()
+        apart = goal_mean.T @ mean
+        if not below:
+            rests[joint] = rest @ apart.T
+            continue
+        link = _unit(skeleton.offsets[below[0]])
+        cross = np.cross(np.eye(3), link)
+        angle = np.arctan2(np.trace(apart @ cross), np.trace(apart) - link @ apart @ link)
+        rests[joint] = rest @ Rotation.from_rotvec(angle * link).as_matrix()
 
 
 def _shortest(one: NDArray, other: NDArray) -> NDArray:

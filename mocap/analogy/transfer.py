@@ -14,7 +14,7 @@ KEEP = 1e-3
 """Weight of (a - 1)^2, against channels of unit size: the offset does what a scale need not."""
 
 
-ASTRAY = 0.15
+ASTRAY = 0.3
 """So far, as a share, a mean may be off the scale's, to be half taken for scaled."""
 
 
@@ -37,7 +37,7 @@ def holding(scale: NDArray, one: NDArray, two: NDArray, three: NDArray) -> NDArr
     off = np.abs(means[1] - scale * means[0])
     whole = np.abs(means[1] - means[0]) + np.abs(1 - scale) * np.abs(means[0])
     astray = off / np.maximum(whole, 1e-9) / ASTRAY
-    return astray**2 / (1 + astray**2) * (means[2] - means[0])
+    return astray**4 / (1 + astray**4) * (means[2] - means[0])
 
 
 def model(
