@@ -13,7 +13,7 @@ from mocap.analogy.carry import shifted
 from mocap.analogy.curves import hips
 from mocap.analogy.lend import larger
 from mocap.body import find_body
-from mocap.contacts import find_contacts, floors, runs, speeds
+from mocap.contacts import SHORTEST, find_contacts, floors, runs, speeds
 from mocap.reach import reached
 from mocap.report import skate
 from mocap.rubber.constrain import BLEND, Goal, easing
@@ -53,11 +53,19 @@ def meant(
             together = after[name][1] + height - before[name][1]
             stands, height = np.where(one_stands == two_stands, given[name], after[name])
             height = np.where(all_stand, together, height)
-        columns.append(stands.astype(bool))
+        columns.append(_lasting(stands.astype(bool), three.fps))
         heights.append(height)
     if not columns:
         return body.feet, np.zeros((len(moments), 0), bool), np.zeros((len(moments), 0))
     return body.feet, np.stack(columns, axis=-1), np.stack(heights, axis=-1)
+
+
+def _lasting(stands: NDArray, fps: float) -> NDArray:
+    """Contacts (T,) without those for an instant, where A and A' do not begin to stand in quite the same frame."""
+    kept = np.zeros_like(stands)
+    for first, stop in runs(stands):
+        kept[first:stop] = stop - first >= min(SHORTEST * fps, len(stands))
+    return kept
 
 
 def calm(motion: SkeletonMotion, feet: Sequence[int], stand: NDArray) -> NDArray:
