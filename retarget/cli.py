@@ -8,7 +8,20 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import analogies, capturing, exaggerating, lending, many, moving, proposing, start
+from retarget.commands import (
+    analogies,
+    capturing,
+    dancing,
+    exaggerating,
+    lending,
+    many,
+    moving,
+    playing,
+    posing,
+    proposing,
+    rubbering,
+    start,
+)
 from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
@@ -19,7 +32,14 @@ COMMANDS: tuple[Callable[..., str], ...] = (
     lending.retarget,
     proposing.propose,
 )
-MOCAP: tuple[Callable[..., str], ...] = (moving.report, analogies.analogy)
+MOCAP: tuple[Callable[..., str], ...] = (
+    moving.report,
+    rubbering.exaggerate,
+    analogies.analogy,
+    playing.play,
+    dancing.dance,
+    posing.pose,
+)
 """The subcommands of `tooncap mocap`."""
 
 
