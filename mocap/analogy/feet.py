@@ -26,6 +26,9 @@ NEAR, CALM = 0.1, 1.0
 OFF = 1e-3
 """Metres: what is so near to where it must be is there."""
 
+EVEN = 0.05
+"""Seconds: how high feet stand is known of whole frames of other motions, and must not jump from one to the next."""
+
 REACH = 0.995
 """Of a leg's length: nearer to straight it would snap."""
 
@@ -100,27 +103,24 @@ def standing(
     """
     places = motion.positions()[:, feet]
     most = _most(places, contacts, motion.fps, slide)
-    if heights is None:
-        heights = _mean_heights(places[..., 1], contacts)
-    off = np.abs(heights - places[..., 1])[contacts].max(initial=0.0)
+    off = 0.0 if heights is None else np.abs(heights - places[..., 1])[contacts].max(initial=0.0)
     if not contacts.any() or (np.isinf(most) and off < OFF):
         return motion
     goals = [
-        _stand(joint, places[:, foot], contacts[:, foot], heights[:, foot], motion.fps, most, blend)
+        _stand(
+            joint,
+            places[:, foot],
+            contacts[:, foot],
+            None if heights is None else heights[:, foot],
+            motion.fps,
+            most,
+            blend,
+        )
         for foot, joint in enumerate(feet)
         if contacts[:, foot].any()
     ]
     body = hips(motion)
     return reached(_lowered(motion, goals, body), goals, body)
-
-
-def _mean_heights(heights: NDArray, contacts: NDArray) -> NDArray:
-    """Heights (T, F) of feet, in each contact its mean."""
-    level = heights.copy()
-    for foot, contact in enumerate(contacts.T):
-        for first, stop in runs(contact):
-            level[first:stop, foot] = heights[first:stop, foot].mean()
-    return level
 
 
 def _most(feet: NDArray, contacts: NDArray, fps: float, mean: float) -> float:
@@ -159,15 +159,20 @@ def _stands(motion: SkeletonMotion, goal: SkeletonMotion, frames: NDArray) -> di
 
 
 def _stand(
-    joint: int, places: NDArray, contact: NDArray, height: NDArray, fps: float, most: float, blend: float
+    joint: int, places: NDArray, contact: NDArray, height: NDArray | None, fps: float, most: float, blend: float
 ) -> Goal:
     """A goal about the mean place of every stretch of contact, at `height` (T,); between two where the joint is."""
+    from scipy.ndimage import gaussian_filter1d
+
     held = places.copy()
     for first, stop in runs(contact):
         own = places[first:stop]
         middle = own.mean(axis=0)
         held[first:stop] = middle + min(1.0, most / max(_speed(own, fps), 1e-9)) * (own - middle)
-    held[contact, 1] = height[contact]
+        if height is None:
+            continue
+        off = height[first:stop] - own[:, 1]
+        held[first:stop, 1] = own[:, 1] + gaussian_filter1d(off, EVEN * fps, mode="nearest")
     hold = easing(contact, fps, blend)
     known = np.flatnonzero(contact)
     shift = np.stack([np.interp(np.arange(len(held)), known, (held - places)[known, k]) for k in range(3)], axis=-1)

@@ -124,7 +124,7 @@ def _told(title: str, found: experiments.Experiment, sheets: Path) -> dict[str, 
     name = "analogy_" + "".join(c if c.isalnum() else "_" for c in title.replace(" : ?", ""))
     write_picture(sheets / f"{name}.png", overlay.contact_sheet(rows, columns=12, width=130))
     assert cards["B'"].skate <= 1.02 * cards["B"].skate
-    assert cards["B'"].jerk <= 8 * max(cards[name].jerk for name in ("A", "A'", "B"))
+    assert cards["B'"].jerk <= 6 * max(cards[name].jerk for name in ("A", "A'", "B"))
     assert cards["B'"].beyond < 25
     return cards
 
