@@ -18,6 +18,9 @@ LINKS = 3
 """So many joints above the first goal turn: hip, knee and ankle for a toe; they never include the hips."""
 
 ROUNDS = 12
+INWARD = 0.02
+"""Of a limb's length: so much nearer is asked of it where it is bent in full; less asks less, so that nothing jumps."""
+
 STIFF = 0.15
 """How easily a joint turns about an axis that it hardly uses, against the one it uses most."""
 
@@ -76,8 +79,8 @@ def _solved(
         turns = (eased.swapaxes(-1, -2) @ np.linalg.solve(gram, left[..., None]))[..., 0]
         turns = turns.reshape(len(busy), len(turning), 3)
         if k == 0:  # a straight limb cannot shorten by small turns: its inner joints are bent a little first
-            inward = (left.reshape(*places.shape) * arms[:, :, 0]).sum(axis=(1, 2)) < -1e-6
-            turns[inward, 1:] += bend[1:]
+            inward = -(left.reshape(*places.shape) * arms[:, :, 0]).sum(axis=(1, 2)) / reach**2
+            turns[:, 1:] += np.clip(inward / INWARD, 0, 1)[:, None, None] * bend[1:]
         size = np.linalg.norm(turns, axis=-1, keepdims=True)
         turns *= np.minimum(1, 0.5 / np.maximum(size, 1e-12))
         own = Rotation.from_quat(rotation[:, turning].reshape(-1, 4)) * Rotation.from_rotvec(turns.reshape(-1, 3))

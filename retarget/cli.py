@@ -9,6 +9,7 @@ from collections.abc import Callable
 from cyclopts import App, CycloptsError, Parameter
 
 from retarget.commands import (
+    analogies,
     capturing,
     dancing,
     exaggerating,
@@ -34,6 +35,7 @@ COMMANDS: tuple[Callable[..., str], ...] = (
 MOCAP: tuple[Callable[..., str], ...] = (
     moving.report,
     rubbering.exaggerate,
+    analogies.analogy,
     playing.play,
     dancing.dance,
     posing.pose,

@@ -15,6 +15,9 @@ from capture.errors import InputError
 SLOPE = 3
 """The paper's limit: one frame answers at most three."""
 
+SMOOTH = 0.12
+"""Seconds: frames are answered by whole frames, and what plays them must not stutter."""
+
 CELLS = 4_000_000
 """From so many pairs of frames on a coarse alignment goes first, and only pairs near it are looked at."""
 
@@ -60,7 +63,7 @@ def align(one: NDArray, other: NDArray, slope: int = SLOPE, free: tuple[int, int
     return Alignment(cells, cost / len(cells))
 
 
-def time_curve(pairs: NDArray, count: int, fps: float, smooth: float = 0.05) -> NDArray:
+def time_curve(pairs: NDArray, count: int, fps: float, smooth: float = SMOOTH) -> NDArray:
     """The frame of the first motion (m,), between frames too, for each of the second's `count` frames.
 
     Many frames that answer one are met at their mean; one that answers many is spread over them; then the curve is

@@ -4,7 +4,7 @@ A part's affine map is told as where it is, how it is turned and how it is stret
 part), its shape by its key weights; so half of a squash is half a squash, and a mixture of turns a turn.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
 import numpy as np
@@ -30,16 +30,20 @@ def cartoon_analogy(
     for name, motion in (("A", one), ("A'", two), ("B", three)):
         if any(track.affine.shape[1] != 2 for track in motion.tracks):
             raise InputError(f"{name} must be a motion in the plane, it is one in space: give motions of drawings")
-    curves = [of_cartoon(_called(motion, three)) for motion in (one, two, three)]
-    made = curve_analogy(*curves, knobs)
-    return to_cartoon(made.curves, made.when, three), made.notes
+    called = [_called(motion, three) for motion in (one, two, three)]
+    spinning = frozenset(track.part for motion in called for track in motion.tracks if _spins(track.affine))
+    made = curve_analogy(*(of_cartoon(motion, spinning) for motion in called), knobs)
+    return to_cartoon(made.curves, made.moments[:, 2], three, spinning), made.notes
 
 
-def of_cartoon(motion: CartoonMotion) -> Curves:
-    """A captured motion as curves."""
+def of_cartoon(motion: CartoonMotion, spinning: Collection[str] = ()) -> Curves:
+    """A captured motion as curves.
+
+    A part is stretched along its own axes, as a limb is; one that is `spinning`, such as a ball, along the page's.
+    """
     columns, owners, kinds = [], [], []
     for track in motion.tracks:
-        told = {**_place(track, _size(motion, track.part)), **_shape(track.affine)}
+        told = {**_place(track, _size(motion, track.part)), **_shape(track.affine, track.part in spinning)}
         for kind, values in told.items():
             columns.append(values)
             kinds.append(kind)
@@ -49,11 +53,10 @@ def of_cartoon(motion: CartoonMotion) -> Curves:
     return Curves(np.stack(columns, axis=-1), tuple(owners), tuple(kinds), motion.fps)
 
 
-def to_cartoon(curves: Curves, when: NDArray, model: CartoonMotion) -> CartoonMotion:
-    """The captured motion that curves tell, for the parts of `model`, whose frame t comes at `when[t]`."""
+def to_cartoon(curves: Curves, moments: NDArray, model: CartoonMotion, spinning: Collection[str] = ()) -> CartoonMotion:
+    """The captured motion that curves tell, for the parts of `model`; its frames come of those at `moments` (T,)."""
     count = len(curves)
-    then = np.interp(np.linspace(0, when[-1], count), when, np.arange(len(when)))  # B's frame, for each of B'
-    nearest = np.clip(np.round(then).astype(int), 0, len(when) - 1)
+    nearest = np.round(moments).astype(int)
     column = {name: k for k, name in enumerate(curves.named())}
     tracks = []
     for track in model.tracks:
@@ -62,7 +65,9 @@ def to_cartoon(curves: Curves, when: NDArray, model: CartoonMotion) -> CartoonMo
             return curves.values[:, column[part, kind]]
 
         shift = np.stack([of("x"), of("y")], axis=-1) * _size(model, track.part) + track.affine[0, :, 2]
-        placed = np.concatenate([_linear(of) * _mirror(track.affine), shift[..., None]], axis=-1)
+        placed = np.concatenate(
+            [_linear(of, track.part in spinning) * _mirror(track.affine), shift[..., None]], axis=-1
+        )
         tracks.append(
             replace(
                 track,
@@ -83,13 +88,19 @@ def _place(track: Track, size: float) -> dict[str, NDArray]:
     return {"x": shift[:, 0], "y": shift[:, 1]}
 
 
-def _shape(maps: NDArray) -> dict[str, NDArray]:
+def _spins(maps: NDArray) -> bool:
+    """Whether a part goes more than half round."""
+    return float(np.ptp(_shape(maps, False)["turn"])) > np.pi
+
+
+def _shape(maps: NDArray, spinning: bool) -> dict[str, NDArray]:
     """Turn and log-stretch of maps (T, 2, 3); a mirrored part is stretched in the mirror."""
     linear = maps[:, :, :2] * _mirror(maps)
     u, sizes, vt = np.linalg.svd(linear)
     turn = u @ vt
     turn[np.linalg.det(turn) < 0] *= -1  # turned over for a moment: the flattest way through
-    logs = np.einsum("tji,tj,tjk->tik", vt, np.log(np.maximum(sizes, FLAT)), vt)
+    axes = np.swapaxes(turn @ np.swapaxes(vt, 1, 2), 1, 2) if spinning else vt
+    logs = np.einsum("tji,tj,tjk->tik", axes, np.log(np.maximum(sizes, FLAT)), axes)
     angle = np.unwrap(np.arctan2(turn[:, 1, 0], turn[:, 0, 0]))
     return {"turn": angle, "stretch x": logs[:, 0, 0], "stretch y": logs[:, 1, 1], "slant": logs[:, 0, 1]}
 
@@ -98,12 +109,13 @@ def _mirror(maps: NDArray) -> NDArray:
     return np.array([-1.0, 1.0]) if (np.linalg.det(maps[:, :, :2]) < 0).all() else np.ones(2)
 
 
-def _linear(of: Callable[[str], NDArray]) -> NDArray:
+def _linear(of: Callable[[str], NDArray], spinning: bool) -> NDArray:
     angle = of("turn")
     turn = np.stack([np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)], axis=-1).reshape(-1, 2, 2)
     logs = np.stack([of("stretch x"), of("slant"), of("slant"), of("stretch y")], axis=-1).reshape(-1, 2, 2)
     size, axes = np.linalg.eigh(logs)
-    return turn @ np.einsum("tij,tj,tkj->tik", axes, np.exp(np.clip(size, np.log(FLAT), -np.log(FLAT))), axes)
+    stretch = np.einsum("tij,tj,tkj->tik", axes, np.exp(np.clip(size, np.log(FLAT), -np.log(FLAT))), axes)
+    return stretch @ turn if spinning else turn @ stretch
 
 
 def _weights(keyed: NDArray, track: Track, nearest: NDArray) -> NDArray:

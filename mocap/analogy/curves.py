@@ -15,6 +15,12 @@ from mocap.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
 
 ROOT = ("ahead", "aside", "turning", "height", "lean x", "lean y", "lean z")
 """The root's channels: metres a second, radians a second, metres, radians."""
+RATES = ROOT[:3]
+"""Those that go as fast as time goes: a step is as long in whatever time it is made."""
+
+
+FAR = 1.5
+"""Radians: rotation vectors of so much and less can be scaled and added."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +42,11 @@ class Curves:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """What the curves of a skeleton's motion leave out: where and how it sets off."""
+    """What the curves of a skeleton's motion leave out: where it sets off, and what its turns are told against."""
 
     place: NDArray  # (2,) x and z of the root, metres
     heading: float  # radians about y
+    neutral: NDArray  # (J, 4) turns; for the root, of its lean
 
 
 def hips(motion: SkeletonMotion) -> int:
@@ -55,29 +62,34 @@ def hips(motion: SkeletonMotion) -> int:
         joint = below[0]
 
 
-def of_skeleton(motion: SkeletonMotion, near: NDArray | None = None) -> tuple[Curves, Start]:
+def of_skeleton(
+    motion: SkeletonMotion, neutral: NDArray | None = None, near: NDArray | None = None
+) -> tuple[Curves, Start]:
     """A motion as curves, and where it sets off.
 
-    Of the turns by whole turns more or less that a joint may be in, the first frame has those nearest to `near` (J, 3)
-    (by default the smallest), and each frame those nearest to the frame before.
+    Turns are told against the `neutral` ones (J, 4), by default none; of one joint they should not be half a turn away,
+    where rotation vectors end.  Of the whole turns more or less that a joint may be in, the first frame has those
+    nearest to `near` (1 + J, 3), the root's lean first, by default the smallest; each frame those nearest to the one
+    before.
     """
     root, skeleton, fps = hips(motion), motion.skeleton, motion.fps
+    neutral = np.tile([0, 0, 0, 1.0], (len(skeleton), 1)) if neutral is None else neutral
     world = motion.world()[:, root]
-    heading, lean = _headed(world[:, :, :3])
+    heading, lean = headed(world[:, :, :3])
     place = world[:, [0, 2], 3]
     steps = np.diff(place, axis=0) * fps
     ahead, aside = _in_heading(steps, heading[:-1])
-    turning = np.diff(heading) * fps
-    rates = np.stack([ahead, aside, turning], axis=-1)
+    rates = np.stack([ahead, aside, np.diff(heading) * fps], axis=-1)
     rates = np.concatenate([rates, rates[-1:]]) if len(rates) else np.zeros((1, 3))  # the last frame goes on
-    turns = _vectors(np.concatenate([lean[:, None], motion.rotation], axis=1), near, root)
+    turns = _vectors(_against(neutral, root), np.concatenate([lean[:, None], motion.rotation], axis=1), near)
     columns = [rates, world[:, 1:2, 3], turns[:, 0]]
     owners, kinds = [skeleton.names[root]] * len(ROOT), list(ROOT)
-    for joint in _turning(skeleton, root):
+    for joint in jointed(skeleton, root):
         columns.append(turns[:, 1 + joint])
         owners += [skeleton.names[joint]] * 3
         kinds += ["turn x", "turn y", "turn z"]
-    return Curves(np.concatenate(columns, axis=1), tuple(owners), tuple(kinds), fps), Start(place[0], heading[0])
+    told = Curves(np.concatenate(columns, axis=1), tuple(owners), tuple(kinds), fps)
+    return told, Start(place[0], heading[0], neutral)
 
 
 def to_skeleton(curves: Curves, start: Start, model: SkeletonMotion) -> SkeletonMotion:
@@ -91,14 +103,16 @@ def to_skeleton(curves: Curves, start: Start, model: SkeletonMotion) -> Skeleton
     heading = start.heading + np.concatenate([[0], np.cumsum(turning[:-1])]) / curves.fps
     steps = _out_of_heading(ahead[:-1], aside[:-1], heading[:-1]) / curves.fps
     ground = start.place + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
-    turn = Rotation.from_rotvec(heading[:, None] * [0, 1, 0]) * Rotation.from_rotvec(curves.values[:, own[4:]])
+    lean = Rotation.from_quat(start.neutral[root]) * Rotation.from_rotvec(curves.values[:, own[4:]])
+    turn = Rotation.from_rotvec(heading[:, None] * [0, 1, 0]) * lean
 
     rotation = np.tile(model.rotation[0], (count, 1, 1))
-    for joint in _turning(skeleton, root):
+    for joint in jointed(skeleton, root):
         name = skeleton.names[joint]
         if (name, "turn x") in column:
             told = [column[name, f"turn {axis}"] for axis in "xyz"]
-            rotation[:, joint] = Rotation.from_rotvec(curves.values[:, told]).as_quat()
+            own_turn = Rotation.from_rotvec(curves.values[:, told])
+            rotation[:, joint] = (Rotation.from_quat(start.neutral[joint]) * own_turn).as_quat()
     translation = np.tile(model.translation[0], (count, 1, 1))
     world = np.stack([ground[:, 0], height, ground[:, 1]], axis=-1)
     above = _above(model, root)
@@ -107,9 +121,22 @@ def to_skeleton(curves: Curves, start: Start, model: SkeletonMotion) -> Skeleton
     return SkeletonMotion(skeleton, translation, rotation, curves.fps)
 
 
-def first_turns(motion: SkeletonMotion) -> NDArray:
-    """Turns (J, 3) of the first frame, for `near` of another motion of the same joints."""
-    return rotations.turns_between(np.array([0, 0, 0, 1.0]), motion.rotation[0])
+def neutral(motion: SkeletonMotion) -> NDArray:
+    """Turns (J, 4) to tell turns against: none; of joints that are turned far from rest their mean ones."""
+    from scipy.spatial.transform import Rotation
+
+    root = hips(motion)
+    mean = np.stack([Rotation.from_quat(turns).mean().as_quat() for turns in np.swapaxes(motion.rotation, 0, 1)])
+    mean[root] = Rotation.from_quat(headed(motion.world()[:, root, :, :3])[1]).mean().as_quat()
+    mean[2 * np.arccos(np.minimum(np.abs(mean[:, 3]), 1)) < FAR] = [0, 0, 0, 1]
+    return mean
+
+
+def first_turns(motion: SkeletonMotion, neutral: NDArray) -> NDArray:
+    """Turns (1 + J, 3) of the first frame, for `near` of another motion of the same joints."""
+    root = hips(motion)
+    lean = headed(motion.world()[:1, root, :, :3])[1]
+    return _vectors(_against(neutral, root), np.concatenate([lean[:, None], motion.rotation[:1]], axis=1), None)[0]
 
 
 def resampled(curves: Curves, at: NDArray, fps: float | None = None) -> Curves:
@@ -139,7 +166,7 @@ def at_rate(curves: Curves, fps: float) -> Curves:
     return resampled(curves, np.arange(round(seconds * fps) + 1) * curves.fps / fps, fps)
 
 
-def _turning(skeleton: Skeleton, root: int) -> list[int]:
+def jointed(skeleton: Skeleton, root: int) -> list[int]:
     """Joints told by their turns: all below the root that something hangs on."""
     inner = set(skeleton.parents)
     below = {root}
@@ -149,7 +176,7 @@ def _turning(skeleton: Skeleton, root: int) -> list[int]:
     return [joint for joint in sorted(below - {root}) if joint in inner]
 
 
-def _headed(turns: NDArray) -> tuple[NDArray, NDArray]:
+def headed(turns: NDArray) -> tuple[NDArray, NDArray]:
     """Heading (T,) about y, unwrapped, and what is left of turns (T, 3, 3) after it, as quaternions (T, 4)."""
     from scipy.spatial.transform import Rotation
 
@@ -171,11 +198,16 @@ def _out_of_heading(ahead: NDArray, aside: NDArray, heading: NDArray) -> NDArray
     return np.stack([x, z], axis=-1)
 
 
-def _vectors(turning: NDArray, near: NDArray | None, root: int) -> NDArray:
-    """Rotation vectors (T, 1 + J, 3) of quaternions, the root's lean first, without jumps in time."""
-    turns = rotations.turns_between(np.array([0, 0, 0, 1.0]), turning)
+def _against(neutral: NDArray, root: int) -> NDArray:
+    """Neutral turns (1 + J, 4): of the root's lean, and of every joint."""
+    return np.concatenate([neutral[root][None], neutral])
+
+
+def _vectors(neutral: NDArray, turning: NDArray, near: NDArray | None) -> NDArray:
+    """Rotation vectors (T, 1 + J, 3) of quaternions against neutral ones (1 + J, 4), without jumps in time."""
+    turns = rotations.turns_between(neutral, turning)
     if near is not None:
-        turns[0, 1:] = rotations.nearest(turns[0, 1:], near)
+        turns[0] = rotations.nearest(turns[0], near)
     for t in range(1, len(turns)):
         turns[t] = rotations.nearest(turns[t], turns[t - 1])
     return turns

@@ -8,6 +8,9 @@ Erratum: eqs. 8 and 9 compare curves over different times; aligned to each other
 import numpy as np
 from numpy.typing import NDArray
 
+PACE = 0.15
+"""Seconds: how fast time goes is known no quicker than that, frames being answered whole."""
+
 
 def rhythm(to_one: NDArray, to_two: NDArray, strength: float = 1.0) -> NDArray:
     """When (m,) B' does what B does at its frames, in frames of B's rate.
@@ -25,10 +28,17 @@ def rhythm(to_one: NDArray, to_two: NDArray, strength: float = 1.0) -> NDArray:
     return when * ratio * (count - 1) / when[-1]
 
 
-def retimed(values: NDArray, when: NDArray) -> NDArray:
-    """Curves (m, C) of B's frames, played so that frame j comes at `when[j]` (m,), at whole frames (n, C) (eq. 10)."""
-    from mocap.analogy.curves import sampled
+def moments(when: NDArray) -> NDArray:
+    """B's frame, between frames too, for every whole frame (n,) of B', if B's frame t comes at `when[t]` (eq. 10).
 
-    count = round(when[-1]) + 1
-    whole = np.linspace(0, when[-1], count)  # the last frame stays the last, at most half a frame early or late
-    return sampled(values, np.interp(whole, when, np.arange(len(when))))
+    The last frame stays the last, at most half a frame early or late.
+    """
+    whole = np.linspace(0, when[-1], round(when[-1]) + 1)
+    return np.interp(whole, when, np.arange(len(when)))
+
+
+def pace(when: NDArray, fps: float, smooth: float = PACE) -> NDArray:
+    """How many frames of the other motion go by in a frame (m,), for a time curve (m,), over `smooth` seconds."""
+    from scipy.ndimage import gaussian_filter1d
+
+    return np.maximum(gaussian_filter1d(np.gradient(when), smooth * fps, mode="nearest"), 1e-3)

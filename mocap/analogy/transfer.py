@@ -14,11 +14,30 @@ KEEP = 1e-3
 """Weight of (a - 1)^2, against channels of unit size: the offset does what a scale need not."""
 
 
-def transferred(one: NDArray, two: NDArray, three: NDArray, fps: float, keep: float = KEEP) -> NDArray:
-    """What becomes of curves `three` (T, C) if `two` is to `one` as it is to them, all in one time (eq. 7)."""
-    scale, offset = model(one, two, fps, keep)
-    left = two - (scale * one + offset)
-    return scale * three + offset + left
+ASTRAY = 0.3
+"""So far, as a share, a mean may be off the scale's, to be half taken for scaled."""
+
+
+def transferred(scale: NDArray, one: NDArray, two: NDArray, three: NDArray, held: NDArray | float = 0.0) -> NDArray:
+    """What becomes of curves `three` (T, C) if `two` is to `one` as it is to them, all in one time (eq. 7).
+
+    The offset and what neither it nor the scale (T, C) told of `two` are, together, two - scale one.  By `held` (C,),
+    B's own mean is held against the scale (see `holding`).
+    """
+    return two + scale * (three - one) + (1 - scale) * held
+
+
+def holding(scale: NDArray, one: NDArray, two: NDArray, three: NDArray) -> NDArray:
+    """How much of what B (T, C) is on average beyond A goes into B' unscaled (C,), all in one time.
+
+    Whose legs A' hardly swings and A bends does not bend those of an upright B: poses add, swings are scaled.  Unless
+    the mean of A' is that of A times the scale: then all is scaled, means too.
+    """
+    scale, means = scale.mean(axis=0), [curve.mean(axis=0) for curve in (one, two, three)]
+    off = np.abs(means[1] - scale * means[0])
+    whole = np.abs(means[1] - means[0]) + np.abs(1 - scale) * np.abs(means[0])
+    astray = off / np.maximum(whole, 1e-9) / ASTRAY
+    return astray**4 / (1 + astray**4) * (means[2] - means[0])
 
 
 def model(

@@ -7,7 +7,8 @@ import pytest
 
 from capture.errors import InputError
 from capture.motion import keys
-from capture.motion.tracks import CartoonMotion, Track
+from capture.motion.tracks import CartoonMotion, Track, trim
+from fixtures import ball
 from mocap.analogy.analogy import Knobs
 from mocap.analogy.cartoons import cartoon_analogy, of_cartoon, to_cartoon
 
@@ -61,6 +62,51 @@ def test_a_bounce_gets_the_height_and_the_squash_of_another():
     assert track.affine[:, 1, 1].min() == pytest.approx(0.5, abs=0.05)
     assert track.affine[-1, 0, 2] == pytest.approx(500, rel=0.02)
     np.testing.assert_allclose(track.weights.sum(axis=1), 1, atol=1e-9)
+
+
+def rubbery():
+    """The fixtures' ball: four bounces, each lower; it spins, is long in flight and flat where it lands."""
+    toon = ball.ball()
+    part = toon.parts[0]
+    keyset = keys.keyset(part.key_names, part.points[part.key_frames], spacing=12.0)
+    frames = len(part.affine)
+    still = {"residual": np.zeros(frames), "visible": np.ones(frames, bool), "held": np.zeros(frames, bool)}
+    weights, order = np.ones((frames, len(keyset.rows))), np.zeros(frames, int)
+    track = Track("ball", "", part.pivot, keyset.names, keyset.rows, part.affine, weights, **still, order=order)
+    return CartoonMotion((track,), (keyset,), np.arange(frames) / 24, 24.0, (640, 480))
+
+
+def stiff(motion):
+    """The motion with nothing of it stretched: every map with the turn alone."""
+    maps = motion.tracks[0].affine.copy()
+    u, _, vt = np.linalg.svd(maps[:, :, :2])
+    maps[:, :, :2] = u @ vt
+    return replace(motion, tracks=(replace(motion.tracks[0], affine=maps),))
+
+
+def test_a_spinning_ball_is_told_and_squashed_along_the_page():
+    motion = rubbery()
+    back = to_cartoon(of_cartoon(motion, {"ball"}), np.arange(72.0), motion, {"ball"})
+    np.testing.assert_allclose(back.tracks[0].affine, motion.tracks[0].affine, atol=1e-9)
+    told = of_cartoon(motion, {"ball"})
+    flat = told.values[:, told.named().index(("ball", "stretch y"))]
+    assert {11, 33, 52} <= set(np.flatnonzero(flat < np.log(0.9)))  # where it lands, however far it has spun
+
+
+def test_a_stiff_bounce_becomes_rubber_as_another_did():
+    """A ball without squash : the fixtures' ball :: a sack that hops stiffly : ?  Three bounces each."""
+    two, three = trim(rubbery(), 11, 69), bouncing(height=120, squash=0.0, travel=400, name="sack")
+    one = stiff(two)
+    made, _ = cartoon_analogy(one, two, three, Knobs(time=False))
+    track = made.track("sack")
+    air = -three.track("sack").affine[:, 1, 2] / 120
+    tall, wide = track.affine[:, 1, 1], track.affine[:, 0, 0]
+    lands = np.flatnonzero((air[1:-1] < air[:-2]) & (air[1:-1] <= air[2:])) + 1
+    assert (tall[lands] < 0.95).all() and (wide[lands] > 1.02).all()
+    assert tall[air > 0.5].mean() > tall[lands].mean() + 0.1
+    np.testing.assert_allclose(track.affine[:, 1, 2], three.track("sack").affine[:, 1, 2], atol=12)
+    still, _ = cartoon_analogy(one, one, three)
+    np.testing.assert_allclose(still.track("sack").affine, three.track("sack").affine, atol=1e-6)
 
 
 def test_motions_in_space_are_refused():

@@ -73,10 +73,34 @@ def test_time_never_runs_back():
         assert (np.diff(rhythm.rhythm(one, two, 1.5)) > 0).all()
 
 
-def test_retimed_curves_are_the_curves_at_their_times():
+def test_curves_are_played_at_their_times():
     when = 150 * (np.linspace(0, 1, 100) + 0.05 * np.sin(np.linspace(0, 2 * np.pi, 100)))
-    values = np.sin(when / 20)[:, None]
-    out = rhythm.retimed(values, when)
-    assert len(out) == 151
-    np.testing.assert_allclose(out[:, 0], np.sin(np.arange(151) / 20), atol=1e-3)
-    assert rhythm.retimed(values, when)[-1, 0] == pytest.approx(values[-1, 0])
+    here = rhythm.moments(when)
+    assert len(here) == 151 and here[0] == 0 and here[-1] == 99
+    np.testing.assert_allclose(np.interp(here, np.arange(100), when), np.arange(151), atol=1e-6)
+
+
+def test_pace_is_how_fast_a_time_curve_rises():
+    at = np.arange(200.0)
+    np.testing.assert_allclose(rhythm.pace(1.7 * at, 60.0), 1.7, atol=1e-12)
+    slow = 100 * (at / 200 + 0.1 * np.sin(2 * np.pi * at / 200))
+    np.testing.assert_allclose(rhythm.pace(slow, 60.0), 0.5 + 0.1 * np.pi * np.cos(2 * np.pi * at / 200), atol=0.03)
+
+
+def test_where_b_is_a_all_of_a2_comes_back_whatever_the_scale():
+    one, two = waves(), waves()[::-1] + np.random.default_rng(2).normal(size=(200, 3))
+    scale, _ = transfer.model(one, two, 60.0)
+    np.testing.assert_allclose(transfer.transferred(scale, one, two, one), two, atol=1e-12)
+    np.testing.assert_allclose(transfer.transferred(np.ones_like(scale), one, one, two), two, atol=1e-12)
+
+
+def test_poses_add_where_swings_vanish_and_scale_where_all_is_scaled():
+    """A bends by 1 and swings, A' hardly swings: an upright B stays upright.  Twice A is twice B, its mean too."""
+    t = np.arange(240) / 60
+    swing = np.sin(2 * np.pi * t)[:, None]
+    one, three = 1 + 0.5 * swing, 0.2 + 0.4 * swing
+    for two, mean in ((1.1 + 0.02 * swing, 0.3), (2 * one, 0.4)):
+        scale, _ = transfer.model(one, two, 60.0)
+        held = transfer.holding(scale, one, two, three)
+        made = transfer.transferred(scale, one, two, three, held)
+        assert made.mean() == pytest.approx(mean, abs=0.15)  # the offset takes a little of what is scaled
