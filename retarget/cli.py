@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import capturing, exaggerating, lending, many, moving, proposing, start
+from retarget.commands import capturing, exaggerating, lending, many, moving, proposing, start, working
 from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
@@ -18,6 +18,7 @@ COMMANDS: tuple[Callable[..., str], ...] = (
     exaggerating.exaggerate,
     lending.retarget,
     proposing.propose,
+    working.workbench,
 )
 MOCAP: tuple[Callable[..., str], ...] = (moving.report,)
 """The subcommands of `tooncap mocap`."""
