@@ -166,19 +166,25 @@ def frame(state: State, frame: Number) -> Seen:
 
 def matte(state: State, part: Name, key: str = "") -> Seen:
     """Which pixels are taken for a part's, in one of its keys' frames: a PNG to lay over the frame."""
+    one = parts.part_of(_shot(state), part)
+    drawn = next((drawn for drawn in one.keys if drawn.name == key), one.keys[0])
+    return _matte(replace(_shot(state), parts=(replace(one, parent="", keys=(drawn,)),)))
+
+
+@lru_cache(maxsize=16)
+def _matte(shot: Shot) -> Seen:
+    """The matte of a shot's one part in its one key."""
     from capture.fit.pixels import model
     from capture.pictures import matte as mattes
 
-    one = parts.part_of(_shot(state), part)
-    number = next((n for n, drawn in enumerate(one.keys) if drawn.name == key), 0)
-    drawn = one.keys[number]
-    picture = pictures.frame(_shot(state), drawn.frame)[..., :3]
-    seed = model.seed(replace(one, keys=(drawn,)), [picture])[0]
+    (part,) = shot.parts
+    number = part.keys[0].frame
+    seed = model.seed(part, [pictures.frame(shot, number)[..., :3]])[0]
     alpha = mattes.cut_key(mattes.learn([seed]), seed)
     over = np.empty((*alpha.shape, 4), np.uint8)
     over[..., :3] = MATTE
     over[..., 3] = np.round(255 * alpha)
-    return Seen("image/png", pictures.png(over), {"frame": drawn.frame, "covers": int((alpha > 0.5).sum())})
+    return Seen("image/png", pictures.png(over), {"frame": number, "covers": int((alpha > 0.5).sum())})
 
 
 def captured(state: State, part: Name) -> Seen:

@@ -10,11 +10,12 @@ export const title = "Capture";
 export function mount(el, bench) {
   const side = make("aside.side");
   const hint = make("p.hint", { role: "status" });
-  const stage = make("div.stage", {}, hint);
+  const picture = make("div.picture");
+  const stage = make("div.stage", {}, hint, picture);
   const below = make("footer.below");
   const rail = make("div.rail", { role: "toolbar", "aria-label": "Tools" });
   el.append(rail, stage, side, below);
-  const view = makeView(stage);
+  const view = makeView(picture);
   const frames = makeFrames(bench);
   const desk = { part: "", point: -1, reach: 24, residual: 1, most: 8, moved: null, matte: null, showsMatte: true };
   const captured = new Map(); // part -> {number, shape, points}
@@ -108,11 +109,14 @@ export function mount(el, bench) {
     matteOf = asked;
     desk.matte = null;
     view.draw();
+    explain();
     if (!asked) return;
     try {
       const found = await bench.picture("capture.matte", { part: one.name, key: key.name });
-      if (matteOf === asked) desk.matte = found;
+      if (matteOf !== asked) return;
+      desk.matte = found;
       view.draw();
+      explain();
     } catch (error) {
       if (matteOf === asked) bench.say(error.message);
     }
@@ -124,15 +128,15 @@ export function mount(el, bench) {
     const one = part();
     const motion = now().motion;
     let text = "";
-    if (desk.moved) text = "";
-    else if (bench.running === "capture.capture") text = "Capturing. You may go on looking; what you change now counts next time.";
+    if (bench.running === "capture.capture") text = "Capturing. You may go on looking; what you change now counts next time.";
     else if (!one || !isTold(one)) text = `Drag a box round ${one ? `the ${one.name}` : "a part"}, in a frame where it is seen whole.`;
+    else if (bench.running === "capture.suggest") text = `Following the ${one.name} through the clip, to choose its keys.`;
+    else if (!desk.matte && matteOf) text = "Looking which pixels belong to it…";
     else if (one.keys.length === 1 && !motion) text = "Blue is what is taken for the part. If it is right, find its keys; if not, scribble on it, or draw its outline.";
     else if (!motion) text = `${one.keys.length} keys. Look at each (1–${Math.min(one.keys.length, 9)}), drag points that are wrong, then capture.`;
     else if (now().stale) text = "The keys were changed since: capture again.";
     else text = keyHere() ? "A key: drag its points to correct it." : "The red dots are the worst frames. Where the outline is off, mend the frame (F), drag its points, capture again.";
     hint.textContent = text;
-    hint.hidden = !text;
   }
 
   function paintKeys() {
@@ -156,9 +160,8 @@ export function mount(el, bench) {
       ...parts().filter((other) => other !== one).map((other) => make("option", { value: other.name, selected: other.name === one.parent }, `on ${other.name}`)));
     const keys = one.keys.filter(({ outline }) => outline.length).map((key, n) =>
       make("li", {},
-        make("button.key", { type: "button", title: n < 9 ? `Key ${n + 1}` : "", onclick: () => time.go(key.frame) }, make("b", {}, n < 9 ? String(n + 1) : "·"), key.name, make("small", {}, `frame ${key.frame}`)),
+        make("button.key", { type: "button", "data-frame": key.frame, title: n < 9 ? `Key ${n + 1}` : "", onclick: () => time.go(key.frame) }, make("b", {}, n < 9 ? String(n + 1) : "·"), key.name, make("small", {}, `frame ${key.frame}`)),
         one.keys.length > 1 && make("button.gone", { type: "button", title: `Remove ${key.name}`, "aria-label": `Remove ${key.name}`, onclick: () => act("remove_key", { key: key.name }) }, "×")));
-    side.querySelectorAll(".key").forEach((element) => element.remove());
     const busy = Boolean(bench.running);
     const find = button("Find keys", "K", suggest, isTold(one) && one.keys.length === 1 ? "primary" : "");
     const run = button(motion ? "Capture again" : now().kept ? "Go on capturing" : "Capture", "Enter", capture, one.keys.length > 1 && (!motion || now().stale) ? "primary" : "");
@@ -177,9 +180,6 @@ export function mount(el, bench) {
       make("div.row", {}, find, run),
       make("div.row", {}, mend),
       motion && make("p.result", {}, motion.said));
-    for (const [n, key] of one.keys.filter(({ outline }) => outline.length).entries()) {
-      side.querySelectorAll(".key")[n].dataset.frame = key.frame;
-    }
     paintKeys();
   }
 

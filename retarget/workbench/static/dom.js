@@ -24,6 +24,30 @@ export function button(text, key, act, kind = "") {
   return make(`button${kind && "." + kind}`, { type: "button", title, onclick: act }, text);
 }
 
+const ICONS = {
+  first: "M3 2v12h2V2zm10 0L6 8l7 6z",
+  back: "M10 2 4 8l6 6 1.5-1.5L7 8l4.5-4.5z",
+  play: "M4 2l9 6-9 6z",
+  stop: "M4 2h3v12H4zm5 0h3v12H9z",
+  on: "M6 2l6 6-6 6-1.5-1.5L9 8 4.5 3.5z",
+  last: "M11 2v12h2V2zM3 2l7 6-7 6z",
+};
+
+// A small picture for a button; drawn, for not every machine has a font with such signs.
+export function icon(name) {
+  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  svg.setAttribute("viewBox", "0 0 16 16");
+  svg.setAttribute("aria-hidden", "true");
+  const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
+  path.setAttribute("d", ICONS[name]);
+  svg.append(path);
+  return svg;
+}
+
+export function iconButton(name, text, act) {
+  return make("button.icon", { type: "button", title: text, "aria-label": text, onclick: act }, icon(name));
+}
+
 // A labelled slider; `changed(value, done)`.
 export function slider(text, { min, max, step, value }, changed) {
   const shown = make("output", {}, String(value));

@@ -1,21 +1,21 @@
 // Time: buttons to play, and a strip with the misfit of every frame, the worst marked, and the keys.
-import { button, make } from "./dom.js";
+import { fill, icon, iconButton, make } from "./dom.js";
 
-const [LEFT, RIGHT, TOP, KEYS] = [44, 14, 10, 22]; // pixels round the curves; the keys' row is below them
+const [LEFT, RIGHT, TOP, KEYS] = [52, 16, 8, 36]; // pixels round the curves; below them the keys' row, and the numbers
 
 export function makeTimeline(el, { went, keyChosen }) {
   const strip = make("canvas.strip", { tabIndex: 0, role: "slider", "aria-label": "Frame" });
   const context = strip.getContext("2d");
-  const play = make("button.play", { type: "button", title: "Play (Space)", onclick: () => time.toggle() }, "▶");
+  const play = iconButton("play", "Play (Space)", () => time.toggle());
   const number = make("output.frame");
   const buttons = make(
     "div.transport",
     {},
-    button("⏮", "Home", () => time.go(time.first)),
-    button("◀", "Left", () => time.go(time.frame - 1)),
+    iconButton("first", "First frame (Home)", () => time.go(time.first)),
+    iconButton("back", "Back (Left; Shift: 10)", () => time.go(time.frame - 1)),
     play,
-    button("▶❘", "Right", () => time.go(time.frame + 1)),
-    button("⏭", "End", () => time.go(time.last)),
+    iconButton("on", "On (Right; Shift: 10)", () => time.go(time.frame + 1)),
+    iconButton("last", "Last frame (End)", () => time.go(time.last)),
     number,
   );
   el.append(buttons, strip);
@@ -41,8 +41,9 @@ export function makeTimeline(el, { went, keyChosen }) {
 
   time.toggle = () => {
     time.playing = !time.playing;
-    play.textContent = time.playing ? "❚❚" : "▶";
+    fill(play, icon(time.playing ? "stop" : "play"));
     play.title = time.playing ? "Stop (Space)" : "Play (Space)";
+    play.setAttribute("aria-label", play.title);
     if (!time.playing) return;
     if (time.frame >= time.last) time.go(time.first);
     began = [performance.now(), time.frame];
@@ -83,7 +84,7 @@ export function makeTimeline(el, { went, keyChosen }) {
       context.fillStyle = "#33363b";
       context.fillRect(x(frame), TOP, 1, bottom - TOP);
       context.fillStyle = "#9a9da3";
-      context.fillText(frame, x(frame), tall - 6);
+      context.fillText(frame, x(frame), tall - 5);
     }
     context.fillStyle = "rgba(150, 150, 150, 0.25)";
     for (const frame of time.lost) context.fillRect(x(frame - 0.5), TOP, x(1) - x(0), bottom - TOP);

@@ -13,7 +13,7 @@ export function makeView(el) {
 
   view.fit = () => {
     const [width, height] = view.size;
-    const room = 16;
+    const room = 8;
     view.scale = Math.min((canvas.clientWidth - 2 * room) / width, (canvas.clientHeight - 2 * room) / height);
     view.x = (canvas.clientWidth - view.scale * width) / 2;
     view.y = (canvas.clientHeight - view.scale * height) / 2;
@@ -83,6 +83,7 @@ export function makeView(el) {
     event.stopImmediatePropagation();
   });
   canvas.addEventListener("pointerup", () => (held = null));
+  canvas.view = view; // for tests, which must know where a pixel of the picture is
   new ResizeObserver(() => (fitted ? view.fit() : view.draw())).observe(canvas);
   return view;
 }
@@ -104,9 +105,13 @@ export function paintLine(context, view, points, { color, closed = true, width =
   context.setLineDash([]);
 }
 
+// Dots on points, at least 9 pixels of the screen apart; what lies between can be caught all the same.
 export function paintDots(context, view, points, { color, radius = 4, marked = -1 }) {
+  let last = null;
   points.forEach((point, n) => {
     const [x, y] = view.toScreen(point);
+    if (n !== marked && last && Math.hypot(x - last[0], y - last[1]) < 9) return;
+    last = [x, y];
     context.beginPath();
     context.arc(x, y, n === marked ? radius + 3 : radius, 0, 2 * Math.PI);
     context.fillStyle = n === marked ? "#fff" : color;

@@ -22,7 +22,7 @@ function render({ model, el }) {
   const redo = button("Redo", "Ctrl+Shift+Z", () => bench.act("redo"));
   const files = button("Open…", "", () => bench.act("folder.close"));
   const work = make("div.work", { hidden: true });
-  const bar = make("header.bar", {}, make("strong", {}, "tooncap"), files, opened, tabs, work, undo, redo);
+  const bar = make("header.bar", {}, make("strong", {}, "tooncap"), files, opened, tabs, make("div.space"), work, undo, redo);
   const said = make("div.said", { role: "status", "aria-live": "polite", hidden: true });
   const room = make("main.room");
   const start = make("section.start");
@@ -78,7 +78,7 @@ function render({ model, el }) {
     opened.textContent = at.open;
     document.title = at.open ? `${at.open} · tooncap` : "tooncap";
     start.hidden = isOpen();
-    tabs.hidden = files.hidden = !isOpen();
+    tabs.hidden = files.hidden = undo.hidden = redo.hidden = !isOpen();
     undo.disabled = !bench.undo;
     redo.disabled = !bench.redo;
     undo.title = bench.undo ? `Undo: ${bench.undo} (Ctrl+Z)` : "Nothing to undo";
