@@ -74,7 +74,7 @@ def _expected(function: Callable[..., Any]) -> Any:
     """A struct with the function's arguments as fields; the first argument is the state."""
     import msgspec
 
-    hints = get_type_hints(function)
+    hints = get_type_hints(function, include_extras=True)  # with the bounds of numbers
     taken = list(signature(function).parameters.values())[1:]
     fields = [
         (one.name, hints[one.name]) if one.default is Parameter.empty else (one.name, hints[one.name], one.default)

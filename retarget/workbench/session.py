@@ -41,13 +41,13 @@ class Session:
         self.revision = 0
         self.running: working.Running | None = None
         self._saved = Saved()
-        self._sent: dict[str, dict[str, Any]] = {}
         self._listeners: list[Callable[[Event], None]] = []
         self._lock = RLock()
         self._timer: Timer | None = None
         if file:
             self.history = History(folder.open_(self.state, file))
             saving.note(self._saved, self.state)
+        self._sent = self._sections()
 
     @property
     def state(self) -> State:
@@ -136,7 +136,7 @@ class Session:
             self._timer.start()
         sections = self._sections()
         changed = {
-            desk: {name: value for name, value in inner.items() if self._sent.get(desk, {}).get(name) != value}
+            desk: {name: value for name, value in inner.items() if self._sent[desk].get(name) != value}
             for desk, inner in sections.items()
         }
         self._sent = sections
