@@ -6,8 +6,11 @@ a capture then keeps what it has done.
 
 import os
 import sys
-from threading import Thread
+from threading import Event, Thread
+from time import sleep
 from typing import Any
+
+GRACE = 1.5  # seconds from the end of the input to the interrupt
 
 
 def main() -> None:
@@ -27,11 +30,17 @@ def main() -> None:
     def say(kind: str, **said: Any) -> None:
         out.write(msgspec.json.encode({"kind": kind, **said}) + b"\n")
 
+    over = Event()
+
     def heard(label: str, done: int, total: int | None) -> None:
+        if over.is_set():
+            raise KeyboardInterrupt
         say("progress", label=label, done=done, total=total)
 
     def until_it_ends() -> None:
         os.read(0, 1)
+        over.set()
+        sleep(GRACE)  # compiled code takes an interrupt badly: first it may stop by itself
         _thread.interrupt_main()
 
     asked = msgspec.json.decode(sys.stdin.buffer.readline())
@@ -44,6 +53,8 @@ def main() -> None:
     except (KeyboardInterrupt, BrokenPipeError):
         os._exit(130)  # the thread still waits for input
     except Exception as error:
+        if over.is_set():  # what an interrupt became on its way
+            os._exit(130)
         import traceback
 
         traceback.print_exc()
