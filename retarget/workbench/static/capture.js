@@ -36,7 +36,7 @@ export function mount(el, bench) {
   function show() {
     if (!now().clip) return;
     const bitmap = frames.want(time.frame);
-    if (bitmap) view.picture = bitmap;
+    if (bitmap) [view.picture, view.frame] = [bitmap, time.frame];
     view.draw();
     explain();
     paintKeys();

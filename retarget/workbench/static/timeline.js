@@ -136,6 +136,7 @@ export function makeTimeline(el, { went, keyChosen }) {
   });
   strip.addEventListener("pointermove", (event) => scrubbing && time.go(frameAt(event)));
   strip.addEventListener("pointerup", () => (scrubbing = false));
+  strip.time = time; // for tests
   new ResizeObserver(time.draw).observe(strip);
 
   time.key = (event) => {

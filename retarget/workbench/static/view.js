@@ -7,7 +7,7 @@ export function makeView(el) {
   canvas.tabIndex = 0;
   el.append(canvas);
   const context = canvas.getContext("2d");
-  const view = { canvas, scale: 1, x: 0, y: 0, picture: null, size: [1, 1], painters: [] };
+  const view = { canvas, scale: 1, x: 0, y: 0, picture: null, frame: -1, size: [1, 1], painters: [] };
   let fitted = true; // until somebody zooms: then the picture stays where it was put
   let asked = false;
 
