@@ -100,6 +100,14 @@ export function mount(el, bench) {
     }
   }
 
+  // The matte takes a moment to make: it is asked for when the hand has come to rest.
+  let resting = 0;
+  function matteSoon() {
+    clearTimeout(resting);
+    if (desk.moved) return;
+    resting = setTimeout(fetchMatte, desk.matte ? 250 : 0);
+  }
+
   let matteOf = "";
   async function fetchMatte() {
     const one = part();
@@ -145,10 +153,15 @@ export function mount(el, bench) {
     }
   }
 
+  let inPanel = "";
   function panel() {
     const one = part();
     if (!one) return fill(side);
     const motion = now().motion;
+    const names = parts().map(({ name, parent, keys }) => [name, parent, keys.map((key) => [key.name, key.frame, key.outline.length > 0])]);
+    const seen = JSON.stringify([desk.part, names, parts().map((other) => Boolean(isTold(other))), motion?.number, now().stale, now().kept, bench.running]);
+    if (seen === inPanel) return paintKeys();
+    inPanel = seen; // or a slider would be taken from under the hand
     const list = parts().map((other) =>
       make("button.part", { type: "button", "aria-pressed": String(other === one), onclick: () => choosePart(other.name) },
         make("i", { style: `background: ${colorOf(other.name)}` }), other.name,
@@ -223,7 +236,7 @@ export function mount(el, bench) {
     tools.changed(isTold(part()));
     show();
     fetchCaptured();
-    fetchMatte();
+    matteSoon();
   }
 
   for (const kind of ["progress", "ended"]) bench.on(kind, () => (panel(), explain()));

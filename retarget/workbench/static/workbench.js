@@ -2,8 +2,8 @@
 // A plain ES module after anywidget's front-end contract: the same in a page of its own and in a notebook.
 //
 // A desk is a module with `title` and mount(el, bench) -> {changed(sections), key(event), shown(), hidden()}:
-// `changed` is called after every change of the state (bench.state holds all of it), `key` may return true where it took
-// a key, `shown` and `hidden` when its tab comes and goes.
+// `changed` is called after every change of the state (bench.state holds all of it) while the desk is seen, `shown` and
+// `hidden` when its tab comes and goes; `key` returns true where it took a key.
 import { makeBench } from "./bench.js";
 import * as capture from "./capture.js";
 import { button, fill, make } from "./dom.js";
@@ -85,8 +85,8 @@ function render({ model, el }) {
     redo.title = bench.redo ? `Redo: ${bench.redo} (Ctrl+Shift+Z)` : "Nothing to redo";
     work.hidden = work.hidden || !bench.running;
     panel.changed(changed);
-    for (const { desk } of Object.values(desks)) desk.changed?.(changed);
     if (!current || wasOpen !== !isOpen()) choose(current || Object.keys(DESKS)[0]);
+    else if (isOpen()) desks[current].desk.changed?.(changed);
   });
 
   root.addEventListener("keydown", (event) => {
