@@ -58,11 +58,11 @@ def clip(tmp_path_factory):
 
 
 @pytest.fixture
-def bench(browser, clip, tmp_path):
+def bench(flat_browser, clip, tmp_path):
     """A workbench in a folder that holds the clip; bench() opens a page of it, `told` is what its console said."""
     shutil.copy(clip, tmp_path / "hat.mp4")
     serving = server.start(Session(tmp_path))
-    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    context = flat_browser.new_context(viewport={"width": 1280, "height": 720})
     told = []
 
     def page(opened=True):
@@ -283,9 +283,9 @@ def test_what_is_refused_is_said_on_the_page(bench):
     assert "draw a box round it" in page.inner_text(".said")
 
 
-def test_an_empty_folder_says_what_to_do_first(browser, tmp_path):
+def test_an_empty_folder_says_what_to_do_first(flat_browser, tmp_path):
     serving = server.start(Session(tmp_path))
-    page = browser.new_page()
+    page = flat_browser.new_page()
     page.goto(serving.address)
     page.get_by_role("button", name="Try it on the built-in frog").wait_for()
     assert "Put an mp4" in page.inner_text(".card")

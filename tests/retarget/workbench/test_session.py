@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from capture.pictures.shot import Part, read_shot
+from retarget.workbench.session import Session
 
 
 def test_every_action_is_on_disk_when_it_is_answered(hop, session, folder):
