@@ -57,7 +57,7 @@ export function mount(el, bench) {
       const key = one.keys.find(({ frame, outline }) => frame === time.frame && outline.length);
       if (points && !(chosen && key)) paintLine(context, view, points, { color, width: chosen ? 2 : 1.5 });
       if (key) paintLine(context, view, outlineOf(one, key), { color, width: chosen ? 2.5 : 1.5, dash: chosen ? [] : [5, 4] });
-      if (chosen && key) paintDots(context, view, outlineOf(one, key), { color, radius: 3.5, marked: desk.point });
+      if (chosen && key) paintDots(context, view, outlineOf(one, key), { radius: 3.5, marked: desk.point });
       if (chosen && one.box && time.frame === one.keys[0].frame) paintBox(context, one.box, color);
       if (chosen && time.frame === one.keys[0].frame) {
         for (const line of one.inside) paintLine(context, view, line, { color: "#6fd08c", closed: false, width: 4 });
@@ -141,7 +141,8 @@ export function mount(el, bench) {
     else if (bench.running === "capture.suggest") text = `Following the ${one.name} through the clip, to choose its keys.`;
     else if (!desk.matte && matteOf) text = "Looking which pixels belong to it…";
     else if (one.keys.length === 1 && !motion) text = "Blue is what is taken for the part. If it is right, find its keys; if not, scribble on it, or draw its outline.";
-    else if (!motion) text = `${one.keys.length} keys. Look at each (1–${Math.min(one.keys.length, 9)}), drag points that are wrong, then capture.`;
+    else if (now().kept && !motion) text = "A capture was interrupted: it goes on from there, if nothing was changed since.";
+    else if (!motion) text = `${one.keys.length} keys. Look at each (1–${Math.min(one.keys.length, 9)}), the same colour is the same place; drag what is wrong, then capture.`;
     else if (now().stale) text = "The keys were changed since: capture again.";
     else text = keyHere() ? "A key: drag its points to correct it." : "The red dots are the worst frames. Where the outline is off, mend the frame (F), drag its points, capture again.";
     hint.textContent = text;
@@ -159,7 +160,7 @@ export function mount(el, bench) {
     if (!one) return fill(side);
     const motion = now().motion;
     const names = parts().map(({ name, parent, keys }) => [name, parent, keys.map((key) => [key.name, key.frame, key.outline.length > 0])]);
-    const seen = JSON.stringify([desk.part, names, parts().map((other) => Boolean(isTold(other))), motion?.number, now().stale, now().kept, bench.running]);
+    const seen = JSON.stringify([desk.part, names, parts().map((other) => Boolean(isTold(other))), motion?.number, now().stale, bench.running]);
     if (seen === inPanel) return paintKeys();
     inPanel = seen; // or a slider would be taken from under the hand
     const list = parts().map((other) =>
@@ -177,7 +178,7 @@ export function mount(el, bench) {
         one.keys.length > 1 && make("button.gone", { type: "button", title: `Remove ${key.name}`, "aria-label": `Remove ${key.name}`, onclick: () => act("remove_key", { key: key.name }) }, "×")));
     const busy = Boolean(bench.running);
     const find = button("Find keys", "K", suggest, isTold(one) && one.keys.length === 1 ? "primary" : "");
-    const run = button(motion ? "Capture again" : now().kept ? "Go on capturing" : "Capture", "Enter", capture, one.keys.length > 1 && (!motion || now().stale) ? "primary" : "");
+    const run = button(motion ? "Capture again" : "Capture", "Enter", capture, one.keys.length > 1 && (!motion || now().stale) ? "primary" : "");
     const mend = button("Mend this frame", "F", mendFrame);
     find.disabled = busy || !isTold(one);
     run.disabled = busy || !parts().every(isTold);

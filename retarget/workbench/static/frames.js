@@ -12,6 +12,7 @@ export function makeFrames(bench, name = "capture.frame") {
   let wanted = 0;
   let count = 0;
   let way = 1;
+  let shown = null;
   const frames = { came: () => {} };
 
   frames.of = (description) => {
@@ -20,7 +21,7 @@ export function makeFrames(bench, name = "capture.frame") {
     clip = key;
     count = description.frames;
     room = Math.max(8, Math.floor(BYTES / (4 * description.width * description.height)));
-    kept.forEach((bitmap) => bitmap.close());
+    kept.forEach(drop);
     kept.clear();
     loading.clear();
   };
@@ -34,9 +35,13 @@ export function makeFrames(bench, name = "capture.frame") {
     if (bitmap) {
       kept.delete(number);
       kept.set(number, bitmap);
+      shown = bitmap;
     }
     return bitmap;
   };
+
+  // The one that was given last is still on show.
+  const drop = (bitmap) => bitmap !== shown && bitmap.close();
 
   function missing() {
     for (let step = 0; step <= Math.min(AHEAD, room - 2); step++) {
@@ -64,7 +69,7 @@ export function makeFrames(bench, name = "capture.frame") {
       while (kept.size > room) {
         const [oldest, old] = kept.entries().next().value;
         kept.delete(oldest);
-        old.close();
+        drop(old);
       }
       frames.came(number);
     } catch (error) {

@@ -52,15 +52,15 @@ function render({ model, el }) {
   const isOpen = () => Boolean(bench.state.folder?.at?.open);
 
   let timer = 0;
-  function say(sentence, stays = false) {
-    said.textContent = sentence;
+  function say(sentence, stays = false, ...more) {
+    fill(said, sentence, ...more);
     said.hidden = !sentence;
     clearTimeout(timer);
     if (!stays) timer = setTimeout(() => (said.hidden = true), 7000);
   }
 
   bench.on("refused", say);
-  bench.on("told", (event) => say(event.sentence));
+  bench.on("told", (event) => say(event.sentence, true, button("Read it again", "", () => (say(""), bench.act("reload")))));
   bench.on("connection", ({ open }) => say(open ? "" : "The workbench is not running: start it again, this page will find it.", !open));
   bench.on("progress", ({ label, done, total }) => {
     const share = total ? ` ${done} of ${total}` : "…";
