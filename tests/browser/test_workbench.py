@@ -142,7 +142,7 @@ def test_from_a_folder_to_a_motion_by_hand(bench):
     page.get_by_role("button", name="Find keys").click()
     wait(page, "tooncap.state.capture.parts[0].keys.length > 1 && !tooncap.running", seconds=60)
     page.get_by_role("button", name="Capture", exact=True).click()
-    page.wait_for_selector(".result", timeout=60_000)
+    wait(page, "tooncap.state.capture.motion !== null && !tooncap.running", seconds=60)
     motion = tracks.load(bench.folder / "hat.motion.json")
     assert len(motion.times) == len(SHOWN)
     for t, shown in enumerate(SHOWN):

@@ -21,6 +21,13 @@ export function mount(el, bench) {
   const captured = new Map(); // part -> {number, shape, points}
   const time = makeTimeline(below, { went: show, keyChosen: ({ frame, part }) => (choosePart(part), time.go(frame)) });
 
+  const result = make("output.result");
+  const stretch = (fields) => bench.act("capture.stretch", fields);
+  const begin = button("Begin here", "[", () => stretch({ start: time.frame, stop: now().clip.stop }));
+  const end = button("End here", "]", () => stretch({ start: now().clip.start, stop: time.frame + 1 }));
+  const whole = button("Whole clip", "", () => stretch({ start: 0 }));
+  below.querySelector(".transport").append(begin, end, whole, result);
+
   const now = () => bench.state.capture ?? {};
   const parts = () => now().parts ?? [];
   const part = () => parts().find(({ name }) => name === desk.part) ?? parts()[0];
@@ -160,7 +167,7 @@ export function mount(el, bench) {
     if (!one) return fill(side);
     const motion = now().motion;
     const names = parts().map(({ name, parent, keys }) => [name, parent, keys.map((key) => [key.name, key.frame, key.outline.length > 0])]);
-    const seen = JSON.stringify([desk.part, names, parts().map((other) => Boolean(isTold(other))), motion?.number, now().stale, bench.running]);
+    const seen = JSON.stringify([desk.part, names, parts().map((other) => Boolean(isTold(other))), motion?.number, now().stale, bench.running, now().clip]);
     if (seen === inPanel) return paintKeys();
     inPanel = seen; // or a slider would be taken from under the hand
     const list = parts().map((other) =>
@@ -177,8 +184,10 @@ export function mount(el, bench) {
         make("button.key", { type: "button", "data-frame": key.frame, title: n < 9 ? `Key ${n + 1}` : "", onclick: () => time.go(key.frame) }, make("b", {}, n < 9 ? String(n + 1) : "·"), key.name, make("small", {}, `frame ${key.frame}`)),
         one.keys.length > 1 && make("button.gone", { type: "button", title: `Remove ${key.name}`, "aria-label": `Remove ${key.name}`, onclick: () => act("remove_key", { key: key.name }) }, "×")));
     const busy = Boolean(bench.running);
-    const find = button("Find keys", "K", suggest, isTold(one) && one.keys.length === 1 ? "primary" : "");
-    const run = button(motion ? "Capture again" : "Capture", "Enter", capture, one.keys.length > 1 && (!motion || now().stale) ? "primary" : "");
+    const wantsKeys = !motion && parts().length === 1 && one.keys.length === 1; // the step that comes next stands out
+    const wantsCapture = motion ? now().stale : !wantsKeys && parts().every(isTold);
+    const find = button("Find keys", "K", suggest, wantsKeys && isTold(one) ? "primary" : "");
+    const run = button(motion ? "Capture again" : "Capture", "Enter", capture, wantsCapture ? "primary" : "");
     const mend = button("Mend this frame", "F", mendFrame);
     find.disabled = busy || !isTold(one);
     run.disabled = busy || !parts().every(isTold);
@@ -192,8 +201,9 @@ export function mount(el, bench) {
       slider("Within (px)", { min: 0.3, max: 5, step: 0.1, value: desk.residual }, (value) => (desk.residual = value)),
       slider("Keys at most", { min: 1, max: 12, step: 1, value: desk.most }, (value) => (desk.most = value)),
       make("div.row", {}, find, run),
-      make("div.row", {}, mend),
-      motion && make("p.result", {}, motion.said));
+      make("div.row", {}, mend));
+    result.textContent = motion?.said ?? "";
+    whole.hidden = now().clip.stop - now().clip.start === now().clip.frames;
     paintKeys();
   }
 
@@ -226,12 +236,13 @@ export function mount(el, bench) {
     frames.of({ ...clip, open: bench.state.folder.at.open });
     view.resize(clip.width, clip.height);
     Object.assign(time, { first: clip.start, last: clip.stop - 1, fps: clip.fps });
-    time.curves = (motion?.parts ?? []).map(({ name, residual }) => ({ values: residual, first: motion.first, color: colorOf(name) }));
+    time.curves = (motion?.parts ?? []).map(({ name, residual }) => ({ values: residual, first: motion.first, color: colorOf(name), chosen: name === part()?.name }));
     const worstOf = (frame) => Math.max(...motion.parts.map(({ residual }) => residual[frame - motion.first]));
     time.worst = (motion?.worst ?? []).map((frame) => ({ frame, value: worstOf(frame) }));
     time.lost = (motion?.parts ?? []).flatMap(({ lost }) => lost.map((t) => t + motion.first));
     time.keys = parts().flatMap((one) =>
-      one.keys.filter(({ outline }) => outline.length).map(({ frame }) => ({ frame, part: one.name, color: colorOf(one.name), chosen: one === part() })));
+      one.keys.filter(({ outline }) => outline.length).map(({ frame }) => ({ frame, part: one.name, color: colorOf(one.name), chosen: one === part() })))
+      .sort((a, b) => a.chosen - b.chosen); // the chosen part's on top
     time.go(time.frame);
     panel();
     tools.changed(isTold(part()));
@@ -254,6 +265,8 @@ export function mount(el, bench) {
       else if (event.key === "k") suggest();
       else if (event.key === "Enter") capture();
       else if (event.key === "f") mendFrame();
+      else if (event.key === "[") begin.click();
+      else if (event.key === "]") end.click();
       else if (event.key === "0") view.fit();
       else if (event.key === "m") (desk.showsMatte = !desk.showsMatte), view.draw();
       else return tools.key(event);
