@@ -150,6 +150,7 @@ def stretch(state: State, start: Number, stop: Number | None = None) -> State:
     end = frames if stop is None else stop
     if not start < end <= frames:
         raise InputError(f"the stretch must begin before it ends and lie in 0 to {frames}, got {start} to {end}")
+    shot = replace(shot, parts=tuple(one if _is_told(one) else parts.told(one, start) for one in shot.parts))
     outside = [f"{p.name} {k.name}" for p in shot.parts for k in p.keys if not start <= k.frame < end]
     if outside:
         raise InputError(f"key drawings must lie in the stretch, {outside[0]} does not: choose more, or remove it")
@@ -283,8 +284,13 @@ def _with(state: State, part: Part) -> State:
     return replace(state, shot=parts.with_part(_shot(state), part))
 
 
+def _is_told(part: Part) -> bool:
+    """Whether it is said which pixels are the part's."""
+    return bool(part.keys[0].outline or part.box or part.color or part.inside)
+
+
 def _tellable(part: Part) -> None:
-    if not (part.keys[0].outline or part.box or part.color or part.inside):
+    if not _is_told(part):
         raise InputError(f"part {part.name!r} must be shown first: draw a box round it, or its outline")
 
 
