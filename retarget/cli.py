@@ -21,6 +21,7 @@ from retarget.commands import (
     proposing,
     rubbering,
     start,
+    working,
 )
 from retarget.console import Failed, not_shadowed, one_line
 
@@ -31,6 +32,7 @@ COMMANDS: tuple[Callable[..., str], ...] = (
     exaggerating.exaggerate,
     lending.retarget,
     proposing.propose,
+    working.workbench,
 )
 MOCAP: tuple[Callable[..., str], ...] = (
     moving.report,

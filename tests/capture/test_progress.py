@@ -4,7 +4,7 @@ import pytest
 from rich.console import Console
 
 from capture import progress as shown
-from capture.progress import progress, silence, working
+from capture.progress import listening, progress, silence, working
 
 
 @pytest.fixture
@@ -49,3 +49,30 @@ def test_a_silenced_process_shows_nothing_any_more(terminal, capsys, monkeypatch
     with working("thinking"):
         pass
     assert capsys.readouterr().err == ""
+
+
+def test_a_listener_hears_of_outer_work_only_up_to_its_end_and_the_terminal_nothing(terminal, monkeypatch, capsys):
+    monkeypatch.setattr("capture.progress.SHOWN_EVERY", 0)
+    heard = []
+    with listening(lambda *told: heard.append(told)):
+        for _ in progress(range(2), "outer", 2):
+            list(progress(range(3), "inner", 3))
+        with working("thinking"):
+            pass
+    assert {label for label, *_ in heard} == {"outer", "thinking"}
+    assert heard[-2:] == [("outer", 2, 2), ("thinking", 0, None)]
+    assert capsys.readouterr().err == ""
+
+
+def test_a_listener_can_stop_the_work_and_the_next_is_heard_again(monkeypatch):
+    monkeypatch.setattr("capture.progress.SHOWN_EVERY", 0)
+
+    def stop(label, done, total):
+        raise KeyboardInterrupt
+
+    with listening(stop), pytest.raises(KeyboardInterrupt):
+        list(progress(range(5), "stopped", 5))
+    heard = []
+    with listening(lambda *told: heard.append(told)):
+        list(progress(range(5), "whole", 5))
+    assert heard[-1] == ("whole", 5, 5)

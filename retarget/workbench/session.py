@@ -1,0 +1,221 @@
+"""A piece of work at the workbench: plain messages in, events out, no screen needed.
+
+Messages:  {"do": "capture.box", "part": "frog", ...}     an action; with "gesture": "g7" it is one of a drag, and
+                                                   says what is done from where that began
+           {"do": "undo"}  "redo"  "reload"  "cancel"
+           {"work": "capture.suggest", ...}                starts long work
+           {"look": "capture.frame", "frame": 12}          changes nothing; answered with bytes
+Events:    {"kind": "state", "revision", "changed": {desk: {section: ...}}, "undo", "redo"}    for everybody
+           {"kind": "progress", "work", "label", "done", "total"}, {"kind": "ended", "work", "sentence"}   for everybody
+           {"kind": "told", "sentence"}                    for everybody: what should be known, such as a failed save
+           {"kind": "refused", "sentence"}, {"kind": "seen", "type", ..., "data"}, {"kind": "done"}   to who asked
+A message's "id" comes back in the answers to it, the last of which is done, seen or refused.
+"""
+
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from threading import RLock, Timer
+from typing import Any
+
+from capture.errors import InputError
+from retarget.workbench import desks, folder, history, saving, working
+from retarget.workbench.desks import Desk
+from retarget.workbench.history import History
+from retarget.workbench.saving import Saved
+from retarget.workbench.state import State
+
+Event = dict[str, Any]
+SAVED_AFTER = 0.5  # seconds: the most that a drag goes on before what it did so far is on disk
+
+
+class Session:
+    """The state with its past and its files; several pages may work on it, and see the same."""
+
+    def __init__(self, at: str | Path, file: str = "", tables: tuple[Desk, ...] | None = None) -> None:
+        """Work in the folder `at`, with a file of it open if one is named."""
+        if tables is None:
+            from retarget.workbench.tables import DESKS as tables
+        self.desks = tables
+        self.history = History(State(Path(at).resolve()))
+        self.revision = 0
+        self.running: working.Running | None = None
+        self._saved = Saved()
+        self._listeners: list[Callable[[Event], None]] = []
+        self._lock = RLock()
+        self._timer: Timer | None = None
+        if file:
+            self.history = History(folder.open_(self.state, file))
+            saving.note(self._saved, self.state)
+        self._sent = self._sections()
+
+    @property
+    def state(self) -> State:
+        """What is worked on now."""
+        return self.history.state
+
+    def listen(self, hears: Callable[[Event], None]) -> Callable[[], None]:
+        """Call `hears` with every event that is for everybody, from any thread; returns what ends that."""
+        with self._lock:
+            self._listeners.append(hears)
+        return lambda: self._listeners.remove(hears) if hears in self._listeners else None
+
+    def shown(self) -> Event:
+        """The whole state as an event: what a page gets when it opens."""
+        with self._lock:
+            self._sent = self._sections()
+            return self._state_event(self._sent)
+
+    def act(self, message: Any) -> list[Event]:
+        """Do what a message asks; returns the events, of which those for everybody have gone to the listeners too.
+
+        Whatever cannot be done is an event, "refused", with a sentence; nothing is changed then.
+        """
+        given = isinstance(message, dict)
+        answer = {"id": message["id"]} if given and isinstance(message.get("id"), int | str) else {}
+        if given and "look" in message:
+            return [self._look(message, answer)]
+        with self._lock:
+            try:
+                events = self._asked(message) if given else _unknown()
+                return [*events, {"kind": "done", **answer}]
+            except Exception as error:
+                return [{**_refused(error), **answer}]
+
+    def save(self) -> list[Event]:
+        """Write what is not on disk yet; a failure is told, and tried again at the next change."""
+        with self._lock:
+            if self._timer is not None:
+                self._timer.cancel()
+                self._timer = None
+            try:
+                saving.save(self._saved, self.state)
+                return []
+            except InputError as error:
+                return [self._tell({"kind": "told", "sentence": str(error)})]
+
+    def close(self) -> None:
+        """Save, and stop what is running."""
+        self.save()
+        if self.running is not None:
+            working.cancel(self.running)
+
+    def _asked(self, message: dict[str, Any]) -> list[Event]:
+        fields = {name: value for name, value in message.items() if name not in ("do", "work", "id", "gesture")}
+        if isinstance(name := message.get("work"), str):
+            return self._start(name, fields)
+        if not isinstance(name := message.get("do"), str):
+            return _unknown()
+        if name in ("undo", "redo"):
+            return self._become((history.undo if name == "undo" else history.redo)(self.history))
+        if name == "reload":
+            return self._reload()
+        if name == "cancel":
+            if self.running is not None:
+                working.cancel(self.running)
+            return []
+        action = desks.find(self.desks, "actions", name)
+        gesture = str(message.get("gesture") or "")
+        state = action(history.base(self.history, gesture), **desks.arguments(action, fields))
+        return self._become(history.done(self.history, state, desks.label(action), gesture), later=bool(gesture))
+
+    def _become(self, new: History, later: bool = False) -> list[Event]:
+        """Go over to a new history; save it now, or within half a second while a gesture goes on."""
+        other = new.state.name != self.state.name
+        if other:
+            self.save()
+        self.history = new
+        if other:
+            saving.note(self._saved, self.state)
+        told = []
+        if not later:
+            told = self.save()
+        elif self._timer is None:
+            self._timer = Timer(SAVED_AFTER, self.save)
+            self._timer.daemon = True
+            self._timer.start()
+        sections = self._sections()
+        changed = {
+            desk: {name: value for name, value in inner.items() if self._sent[desk].get(name) != value}
+            for desk, inner in sections.items()
+        }
+        self._sent = sections
+        self.revision += 1
+        return [self._tell(self._state_event({desk: inner for desk, inner in changed.items() if inner})), *told]
+
+    def _reload(self) -> list[Event]:
+        """What is on disk now, whoever wrote it; what was there before can be had again by undoing."""
+        from retarget.workbench.state import open_file
+
+        files = [file for file in folder.listed(self.state.folder) if file["kind"] in ("shot", "motion", "cast")]
+        named = [one["file"] for one in files if one["file"].startswith(f"{self.state.name}.")]
+        if not named:
+            raise InputError("nothing of this work is on disk to be read again: open a file")
+        fresh = open_file(self.state, folder.inside(self.state.folder, named[0]))
+        saving.note(self._saved, fresh)
+        return self._become(history.done(self.history, fresh, "read the files again"))
+
+    def _start(self, name: str, fields: dict[str, Any]) -> list[Event]:
+        if self.running is not None:
+            raise InputError(f"one thing at a time: {self.running.name} is still at work, cancel it or wait")
+        work = desks.find(self.desks, "work", name)
+        arguments = work.prepare(self.state, **desks.arguments(work.prepare, fields))
+        told = self.save()
+        if told:
+            return told
+        self.running = working.start(name, arguments, self._heard)
+        return [self._tell({"kind": "progress", "work": name, "label": "starting", "done": 0, "total": None})]
+
+    def _heard(self, running: working.Running, said: dict[str, Any]) -> None:
+        """What the working process says, on a thread of its own."""
+        with self._lock:
+            if said["kind"] == "progress":
+                self._tell({**said, "work": running.name})
+                return
+            self.running = None
+            sentence = str(said.get("sentence", ""))
+            if said["kind"] == "result":
+                work = desks.find(self.desks, "work", running.name)
+                try:
+                    written = said["result"].pop("written", [])  # documents that the process has put into their files
+                    state = work.apply(self.state, **said["result"])
+                    saving.note(self._saved, state, written)
+                    self._become(history.done(self.history, state, desks.label(work.run)))
+                except InputError as error:
+                    sentence = str(error)
+            self._tell({"kind": "ended", "work": running.name, "sentence": " ".join(sentence.split())})
+
+    def _look(self, message: dict[str, Any], answer: dict[str, Any]) -> Event:
+        fields = {name: value for name, value in message.items() if name not in ("look", "id")}
+        try:
+            look = desks.find(self.desks, "looks", str(message["look"]))
+            seen = look(self.state, **desks.arguments(look, fields))
+        except Exception as error:
+            return {**_refused(error), **answer}
+        return {"kind": "seen", "type": seen.kind, **answer, **seen.said, "data": seen.data}
+
+    def _sections(self) -> dict[str, dict[str, Any]]:
+        return {desk.name: desk.shown(self.state) for desk in self.desks}
+
+    def _state_event(self, changed: dict[str, dict[str, Any]]) -> Event:
+        steps = {"undo": self.history.past, "redo": self.history.future}
+        labels = {name: past[-1].label if past else "" for name, past in steps.items()}
+        running = self.running.name if self.running is not None else ""
+        return {"kind": "state", "revision": self.revision, "changed": changed, "running": running, **labels}
+
+    def _tell(self, event: Event) -> Event:
+        for hears in tuple(self._listeners):
+            hears(event)
+        return event
+
+
+def _refused(error: Exception) -> Event:
+    """An error in a sentence; one that is no fault of the user's is shown in full where the server runs."""
+    if isinstance(error, InputError):
+        return {"kind": "refused", "sentence": " ".join(str(error).split())}
+    traceback.print_exception(error)
+    return {"kind": "refused", "sentence": f"this went wrong, and is a fault of tooncap: {error!r}"}
+
+
+def _unknown() -> list[Event]:
+    raise InputError('a message must be an object with "do", "work" or "look": reload the page')

@@ -1,0 +1,64 @@
+"""What is worked on: a shot, the motion captured from it, and who plays it; and the files they live in.
+
+All files of one piece of work lie in one folder and share a name: hop.shot.toml, hop.motion.json, hop.cast.toml.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from capture.errors import InputError
+from capture.motion import tracks
+from capture.motion.tracks import CartoonMotion
+from capture.pictures.shot import KeyDrawing, Part, Shot, read_shot, write_shot
+from retarget.characters.castfile import Cast, read_cast, write_cast
+
+SHOT, MOTION, CAST = ".shot.toml", ".motion.json", ".cast.toml"
+CLIPS = (".mp4", ".mkv", ".mov", ".webm", ".avi", ".gif", ".apng", ".png", ".webp")
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Everything a person can change; an action makes a new one of it."""
+
+    folder: Path  # nothing outside it is read or written
+    name: str = ""  # of the files; nothing is open without it
+    shot: Shot | None = None
+    motion: CartoonMotion | None = None
+    captured: Shot | None = None  # what the motion was captured from, where that is known
+    cast: Cast | None = None
+
+
+def file_of(state: State, kind: str) -> Path:
+    """Where a document of this kind is kept: SHOT, MOTION, CAST, or any other ending."""
+    return state.folder / (state.name + kind)
+
+
+def open_file(state: State, path: Path) -> State:
+    """The state with this file open, and with it the others of its name; a clip begins a shot of its own."""
+    kind = next((kind for kind in (SHOT, MOTION, CAST) if path.name.endswith(kind)), None)
+    if kind is None and not (path.is_dir() or path.suffix.lower() in CLIPS):
+        raise InputError(f"{path.name} must be a clip, or end in {SHOT}, {MOTION} or {CAST}: choose another file")
+    name = path.name.removesuffix(kind) if kind else path.stem
+    fresh = State(path.parent, name)
+    shot, motion, cast = (file_of(fresh, kind) for kind in (SHOT, MOTION, CAST))
+    if kind is None and not shot.exists():
+        opened = Shot(str(path), (Part("character", (KeyDrawing("rest", 0),)),))
+    else:
+        opened = read_shot(shot) if shot.exists() else None
+        if kind is None and not path.samefile(opened.clip):
+            raise InputError(
+                f"{shot.name} is about another clip, {opened.clip}: rename one of the two, or open {shot.name} itself"
+            )
+    found = tracks.load(motion) if motion.exists() else None
+    return replace(
+        fresh,
+        shot=opened,
+        motion=found,
+        captured=opened if found is not None else None,
+        cast=read_cast(cast) if cast.exists() else None,
+    )
+
+
+def documents(state: State) -> dict[str, tuple[object, object]]:
+    """By kind: the document, if there is one, and the function that writes it to a path."""
+    return {SHOT: (state.shot, write_shot), MOTION: (state.motion, tracks.save), CAST: (state.cast, write_cast)}

@@ -1,0 +1,141 @@
+// The tools of the capture desk: box, outline, scribbles, colour, and dragging a key's points.
+import { make } from "./dom.js";
+import { paintLine } from "./view.js";
+
+const TOOLS = {
+  box: ["Box", "b", "Drag a box round the part"],
+  outline: ["Outline", "o", "Draw round the part"],
+  inside: ["Is part", "s", "Scribble on the part"],
+  outside: ["Is not", "d", "Scribble on what is not the part"],
+  color: ["Colour", "c", "Click on the part's colour"],
+  points: ["Points", "v", "Drag points of a key; Shift drags one alone"],
+};
+const NEAR = 12; // pixels of the screen within which a point is caught
+
+export function makeTools(rail, view, { bench, desk, act, time, keyHere, part }) {
+  let tool = "box";
+  let touched = false; // whether a person chose the tool
+  let line = null; // what is being drawn, in the picture's pixels
+  let drag = null;
+  const buttons = {};
+  for (const [name, [text, key, what]] of Object.entries(TOOLS)) {
+    buttons[name] = make("button.tool", { type: "button", title: `${what} (${key.toUpperCase()})`, onclick: () => choose(name, true) }, text);
+    rail.append(buttons[name]);
+  }
+
+  function choose(name, byHand = false) {
+    tool = name;
+    touched = byHand;
+    for (const [other, element] of Object.entries(buttons)) element.setAttribute("aria-pressed", String(other === name));
+    view.canvas.style.cursor = name === "points" ? "default" : "crosshair";
+  }
+  choose("box");
+
+  function nearest(event) {
+    const key = keyHere();
+    if (!key) return -1;
+    const box = view.canvas.getBoundingClientRect();
+    let [best, found] = [NEAR, -1];
+    key.outline.forEach((point, n) => {
+      const [x, y] = view.toScreen(point);
+      const away = Math.hypot(x - (event.clientX - box.left), y - (event.clientY - box.top));
+      if (away < best) [best, found] = [away, n];
+    });
+    return found;
+  }
+
+  view.canvas.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0 || !part()) return;
+    view.canvas.setPointerCapture(event.pointerId);
+    const at = view.toPicture(event);
+    if (tool === "points") {
+      const index = nearest(event);
+      const key = keyHere();
+      desk.point = index;
+      if (index >= 0) drag = { index, key: key.name, part: part().name, from: key.outline, reach: event.shiftKey ? 0 : desk.reach, gesture: bench.gesture() };
+    } else if (tool === "color") act("color", { frame: time.frame, at });
+    else line = [at, at];
+    view.draw();
+  });
+
+  view.canvas.addEventListener("pointermove", (event) => {
+    const at = view.toPicture(event);
+    if (drag) {
+      desk.moved = { part: drag.part, key: drag.key, points: dragged(drag.from, drag.index, at, drag.reach) };
+      send(at);
+    } else if (line && tool === "box") line[1] = at;
+    else if (line && Math.hypot(at[0] - line.at(-1)[0], at[1] - line.at(-1)[1]) > 1.5) line.push(at);
+    else if (tool === "points") {
+      const index = nearest(event);
+      if (index === desk.point) return;
+      desk.point = index;
+      view.canvas.style.cursor = index >= 0 ? "grab" : "default";
+    } else return;
+    view.draw();
+  });
+
+  const send = (at) =>
+    act("drag_point", { part: drag.part, key: drag.key, index: drag.index, to: at, reach: drag.reach }, { newest: "drag", gesture: drag.gesture });
+
+  view.canvas.addEventListener("pointerup", async (event) => {
+    if (drag) {
+      const moved = desk.moved;
+      const sent = moved ? send(view.toPicture(event)) : null;
+      drag = null;
+      await sent;
+      if (desk.moved === moved) desk.moved = null;
+    }
+    if (line) {
+      const [drawn, frame] = [line, time.frame];
+      line = null;
+      const [[x, y], [right, bottom]] = [drawn[0], drawn.at(-1)];
+      if (tool === "box") {
+        if (Math.hypot(right - x, bottom - y) > 3) await act("box", { frame, box: [x, y, right - x, bottom - y] });
+      } else if (tool === "outline") {
+        if (drawn.length > 5) await act("outline", { frame, points: drawn });
+      } else await act("scribble", { frame, stroke: drawn, inside: tool === "inside" });
+    }
+    view.draw();
+  });
+
+  return {
+    choose,
+    // Who has told the part will want to drag points, unless another tool was taken on purpose.
+    changed(told) {
+      if (!touched || !told) choose(told ? "points" : tool === "points" ? "box" : tool, touched && !told);
+    },
+    key(event) {
+      const found = Object.entries(TOOLS).find(([, [, key]]) => key === event.key.toLowerCase());
+      if (found) choose(found[0], true);
+      return Boolean(found);
+    },
+    paint(context) {
+      if (!line) return;
+      if (tool === "box") {
+        const [[x, y], [right, bottom]] = line;
+        paintLine(context, view, [[x, y], [right, y], [right, bottom], [x, bottom]], { color: "#fff", dash: [6, 4] });
+      } else {
+        const color = { inside: "#6fd08c", outside: "#ff6a5e" }[tool] ?? "#fff";
+        paintLine(context, view, line, { color, closed: tool === "outline", width: tool === "outline" ? 2 : 4 });
+      }
+    },
+  };
+}
+
+// As the server has it (parts.dragged), so that the hand sees at once what will be kept.
+function dragged(outline, index, to, reach) {
+  const steps = outline.map(([x, y], n) => {
+    const [nextX, nextY] = outline[(n + 1) % outline.length];
+    return Math.hypot(nextX - x, nextY - y);
+  });
+  const at = [0];
+  for (const step of steps) at.push(at.at(-1) + step);
+  const around = at.at(-1);
+  const [byX, byY] = [to[0] - outline[index][0], to[1] - outline[index][1]];
+  return outline.map(([x, y], n) => {
+    const straight = Math.abs(at[n] - at[index]);
+    const away = Math.min(straight, around - straight);
+    const share = n === index ? 1 : away < reach ? 0.5 + 0.5 * Math.cos((Math.PI * away) / reach) : 0;
+    return [x + share * byX, y + share * byY];
+  });
+}

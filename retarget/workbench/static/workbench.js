@@ -1,0 +1,116 @@
+// The workbench: a bar with what is open, undo and the desks' tabs; below it one desk at a time.
+// A plain ES module after anywidget's front-end contract: the same in a page of its own and in a notebook.
+//
+// A desk is a module with `title` and mount(el, bench) -> {changed(sections), key(event), shown(), hidden()}:
+// `changed` is called after every change of the state (bench.state holds all of it) while the desk is seen, `shown` and
+// `hidden` when its tab comes and goes; `key` returns true where it took a key.
+import { makeBench } from "./bench.js";
+import * as capture from "./capture.js";
+import { button, fill, make } from "./dom.js";
+import { filesPanel } from "./files.js";
+
+const DESKS = { capture };
+
+function render({ model, el }) {
+  const bench = makeBench(model);
+  const desks = {}; // name -> {tab, place, desk}
+  let current = "";
+
+  const opened = make("span.opened");
+  const tabs = make("nav.tabs", { role: "tablist", "aria-label": "Desks" });
+  const undo = button("Undo", "Ctrl+Z", () => bench.act("undo"));
+  const redo = button("Redo", "Ctrl+Shift+Z", () => bench.act("redo"));
+  const files = button("Open…", "", () => bench.act("folder.close"));
+  const work = make("div.work", { hidden: true });
+  const bar = make("header.bar", {}, make("strong", {}, "tooncap"), files, opened, tabs, make("div.space"), work, undo, redo);
+  const said = make("div.said", { role: "status", "aria-live": "polite", hidden: true });
+  const room = make("main.room");
+  const start = make("section.start");
+  const root = make("div.tooncap", { tabIndex: -1 }, bar, room, said);
+  room.append(start);
+  el.append(root);
+
+  for (const [name, desk] of Object.entries(DESKS)) {
+    const place = make("section.desk", { hidden: true, role: "tabpanel", "aria-label": desk.title });
+    const tab = make("button.tab", { type: "button", role: "tab", onclick: () => choose(name) }, desk.title);
+    tabs.append(tab);
+    room.append(place);
+    desks[name] = { tab, place, desk: desk.mount(place, bench) };
+  }
+  const panel = filesPanel(start, bench);
+
+  function choose(name) {
+    if (desks[current]) desks[current].desk.hidden?.();
+    current = name;
+    for (const [other, { tab, place }] of Object.entries(desks)) {
+      place.hidden = other !== name || !isOpen();
+      tab.setAttribute("aria-selected", String(other === name));
+    }
+    if (isOpen()) desks[name].desk.shown?.();
+  }
+
+  const isOpen = () => Boolean(bench.state.folder?.at?.open);
+
+  let timer = 0;
+  function say(sentence, stays = false, ...more) {
+    fill(said, sentence, ...more);
+    said.hidden = !sentence;
+    clearTimeout(timer);
+    if (!stays) timer = setTimeout(() => (said.hidden = true), 7000);
+  }
+
+  bench.on("refused", say);
+  bench.on("told", (event) => say(event.sentence, true, button("Read it again", "", () => (say(""), bench.act("reload")))));
+  bench.on("connection", ({ open }) => say(open ? "" : "The workbench is not running: start it again, this page will find it.", !open));
+  bench.on("progress", ({ label, done, total }) => {
+    const share = total ? ` ${done} of ${total}` : "…";
+    const meter = make("progress", { "aria-label": label, ...(total ? { max: total, value: done } : {}) });
+    fill(work, make("span", {}, label + share), meter, button("Cancel", "Esc", () => bench.act("cancel")));
+    work.hidden = false;
+  });
+  bench.on("ended", ({ sentence }) => {
+    work.hidden = true;
+    if (sentence) say(sentence === "stopped" ? "Stopped; what is done is kept." : sentence);
+  });
+  bench.on("state", (changed) => {
+    const wasOpen = !start.hidden;
+    const at = bench.state.folder.at;
+    opened.textContent = at.open;
+    document.title = at.open ? `${at.open} · tooncap` : "tooncap";
+    start.hidden = isOpen();
+    tabs.hidden = files.hidden = undo.hidden = redo.hidden = !isOpen();
+    undo.disabled = !bench.undo;
+    redo.disabled = !bench.redo;
+    undo.title = bench.undo ? `Undo: ${bench.undo} (Ctrl+Z)` : "Nothing to undo";
+    redo.title = bench.redo ? `Redo: ${bench.redo} (Ctrl+Shift+Z)` : "Nothing to redo";
+    work.hidden = work.hidden || !bench.running;
+    panel.changed(changed);
+    if (!current || wasOpen !== !isOpen()) choose(current || Object.keys(DESKS)[0]);
+    else if (isOpen()) desks[current].desk.changed?.(changed);
+  });
+
+  root.addEventListener("keydown", (event) => {
+    if (event.target.matches?.("input:not([type=range]), textarea, select")) return;
+    const command = event.ctrlKey || event.metaKey;
+    const key = event.key.toLowerCase();
+    let taken = true;
+    if (command && key === "z") bench.act(event.shiftKey ? "redo" : "undo");
+    else if (command && key === "y") bench.act("redo");
+    else if (key === "escape" && bench.running) bench.act("cancel");
+    else if (command || event.altKey || !isOpen()) taken = false;
+    else taken = Boolean(desks[current]?.desk.key?.(event));
+    if (taken) event.preventDefault();
+  });
+  // In a page of its own keys work wherever the focus is.
+  const everywhere = (event) => {
+    if (!root.contains(event.target)) root.dispatchEvent(new KeyboardEvent("keydown", event));
+  };
+  if (el.classList.contains("whole-page")) document.addEventListener("keydown", everywhere);
+  window.tooncap = bench; // for the browser's console, and tests
+  return () => {
+    document.removeEventListener("keydown", everywhere);
+    bench.close();
+  };
+}
+
+export default { render };
