@@ -10,10 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap.rubber import capsules
+from mocap.rubber.constrain import envelope
 from mocap.rubber.subjoints import SubJoints
 from mocap.skeleton import Skeleton
 
-ROUNDS = 6
+ROUNDS, SHARE = 10, 0.7
+"""Limbs are pushed so often, by this share of what they lack: with all of it two legs push each other to and fro."""
+
+NOTHING = 1e-3
+"""Metres that need no push."""
+
 SMOOTH = 0.1
 """Seconds in which a push comes and goes: in a third of that, limbs captured 120 times a second jerk 40 times more."""
 
@@ -44,9 +50,9 @@ def pushed_apart(
     for _ in range(ROUNDS):
         joints = moved[:, subjoints.ends]
         push, _ = push_of(*_arrays(joints, captured, subjoints.skeleton, thick))
-        if not push.any():
+        if np.abs(push).max() < NOTHING:
             break
-        moved = moved + _spread(_eased(push, fps), subjoints)
+        moved = moved + SHARE * _spread(_eased(push, fps), subjoints)
     return moved
 
 
@@ -63,14 +69,13 @@ def _arrays(positions: NDArray, captured: NDArray, skeleton: Skeleton, thick: ND
 
 def _eased(push: NDArray, fps: float) -> NDArray:
     """Pushes (T, J, 3) that come and go softly: each nowhere smaller than it was, its way that of those around it."""
-    from scipy.ndimage import correlate1d, maximum_filter1d
+    from scipy.ndimage import correlate1d
 
     moves = np.flatnonzero(push.any(axis=(0, 2)))
     own = push[:, moves]
     frames = max(round(SMOOTH * fps), 1)
-    bell = np.hanning(2 * frames + 3)[1:-1]
     size = np.linalg.norm(own, axis=-1)
-    strongest = correlate1d(maximum_filter1d(size, 2 * frames + 1, axis=0), bell / bell.sum(), axis=0, mode="nearest")
+    strongest = envelope(size, frames)
     wide = np.hanning(4 * frames + 3)[1:-1]  # as far as a push is felt
     way, weight = (correlate1d(values, wide, axis=0, mode="nearest") for values in (own, size))
     eased = np.zeros_like(push)
