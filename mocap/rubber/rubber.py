@@ -23,7 +23,7 @@ from mocap.skeleton import Skeleton, SkeletonMotion
 SOFT = 0.5
 """The last half of the way to the longest and shortest that a link may be is taken ever more slowly."""
 
-SETTLE = 0.2
+SETTLE = 0.25
 """Seconds in which a foot comes down to where it was captured; in 0.1 steps jerk twice as much as exaggerated."""
 
 JOLT = 6.0
@@ -94,8 +94,9 @@ def make_rubber(
     feet, contacts = soles.found(motion, captured) if feet is None else (feet, contacts)
     placed = _standing(placed, parts, captured, feet, contacts, motion.fps, most_stretch)
     if apart:
+        stood = placed[:, parts.ends]
         placed = collide.pushed_apart(placed, captured, parts, motion.fps)
-        placed = _kept(placed, parts, captured, feet, contacts, motion.fps)
+        placed = _kept(placed, parts, stood, feet, contacts, motion.fps)  # what was pushed away, and no more
     return finished(motion, parts, placed, captured, turns)
 
 
