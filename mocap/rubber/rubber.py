@@ -15,6 +15,7 @@ from mocap import quaternions as quat
 from mocap.ends import travel_of
 from mocap.rubber import amounts, collide, exaggerate, hips, lengths, soles, subjoints
 from mocap.rubber import feet as standing
+from mocap.rubber import hits as blows
 from mocap.rubber import squash as squashing
 from mocap.rubber.orient import orientations
 from mocap.rubber.subjoints import SubJoints
@@ -58,6 +59,7 @@ def make_rubber(
     apart: bool = False,
     calm: ArrayLike | None = None,
     loop: bool = False,
+    hits: Sequence[tuple[int, int]] = (),
 ) -> RubberMotion:
     """Exaggerate an upright motion and bend its limbs.
 
@@ -67,7 +69,8 @@ def make_rubber(
     with squash, `hose` 0 to 1 how round limbs bend, `follow` 0 to 1 how much of the springs' swing is taken.  The
     joints `feet` (F,) stay where they were captured while in `contacts` (T, F), and go no lower than they ever were;
     not given, they are found; an empty list lets feet go where they will.  `apart` keeps limbs from going through each
-    other further than they were captured to; it takes several times as long as all else.
+    other further than they were captured to; it takes as long as all else.  Of `hits` each joint is where it was
+    captured in its frame (see `hits`).
     """
     if not most_stretch >= 1:
         raise InputError(
@@ -76,6 +79,7 @@ def make_rubber(
     if posed_first(motion):
         omega, sigma, contacts, calm = (_later(values, len(motion)) for values in (omega, sigma, contacts, calm))
         own = (omega, sigma, most_stretch, squash, hose, follow, feet, contacts, apart, calm, loop)
+        own = (*own, [(joint, frame - 1) for joint, frame in hits if frame])
         return _joined(plain(motion.part(0, 1), hose), make_rubber(motion.part(1, len(motion)), *own), rooted(motion))
     motion = rooted(motion)
     parts = subjoints.subdivide(motion.skeleton)
@@ -97,6 +101,8 @@ def make_rubber(
         stood = placed[:, parts.ends]
         placed = collide.pushed_apart(placed, captured, parts, motion.fps)
         placed = _kept(placed, parts, stood, feet, contacts, motion.fps)  # what was pushed away, and no more
+    if hits:
+        placed = blows.met(placed, parts, captured, hits, motion.fps)
     return finished(motion, parts, placed, captured, turns)
 
 
