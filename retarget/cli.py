@@ -8,7 +8,18 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import capturing, exaggerating, lending, many, moving, playing, proposing, rubbering, start
+from retarget.commands import (
+    capturing,
+    exaggerating,
+    filtering,
+    lending,
+    many,
+    moving,
+    playing,
+    proposing,
+    rubbering,
+    start,
+)
 from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
@@ -22,6 +33,7 @@ COMMANDS: tuple[Callable[..., str], ...] = (
 MOCAP: tuple[Callable[..., str], ...] = (
     moving.report,
     rubbering.exaggerate,
+    filtering.anticipate,
     playing.play,
 )
 """The subcommands of `tooncap mocap`."""

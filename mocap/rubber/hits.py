@@ -1,10 +1,11 @@
-"""Hits: frames in which a hand or a foot, thrown out fast, is where something is to be hit, and where it still has to be.
+"""Hits: frames in which a hand or a foot, thrown out fast, is where something is to be hit, and has to be still.
 
 An arm is stretched out by a blow and comes back at once; a kick takes a foot as suddenly away from below its hip.
 Hands and feet that walk or run do not go so far so fast, and those that reach do not come back so soon.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +40,8 @@ def find_hits(places: NDArray, body: Body, fps: float, scale: float = 1.0) -> tu
         limb = name[-3:]
         if limb not in OUT or len(joints) < 3:
             continue
-        base, tip = _base(joints, places), _tip(limb, joints, body)
-        way = places[:, tip] - places[:, base]
+        joint = tip(name, body)
+        way = places[:, joint] - places[:, _base(joints, places)]
         long = np.linalg.norm(way, axis=1).max()
         away = np.linalg.norm(way + ([0, long, 0] if limb == "leg" else 0), axis=1)
         speed = np.gradient(away, 1 / fps) if len(away) > 1 else np.zeros(len(away))
@@ -48,7 +49,7 @@ def find_hits(places: NDArray, body: Body, fps: float, scale: float = 1.0) -> tu
             before, after = slice(max(peak - near, 0), peak + 1), slice(peak, peak + near + 1)
             out = away[peak] - max(away[before].min(), away[after].min())
             if out > OUT[limb] * long and speed[before].max() > FAST * scale:
-                found.append((tip, peak))
+                found.append((joint, peak))
     return tuple(sorted(found, key=lambda hit: hit[1]))
 
 
@@ -67,13 +68,14 @@ def met(
     return constrained(positions, subjoints, goals)
 
 
+def tip(name: str, body: Body) -> int:
+    """The joint that an arm or a leg hits with: its wrist; of a leg the ankle, for a toe is pointed at will."""
+    joints = body.parts[name]
+    toe = name.endswith("leg") and len(joints) > 3 and joints[-1] in body.feet
+    return joints[-2] if toe else joints[-1]
+
+
 def _base(joints: Sequence[int], places: NDArray) -> int:
     """Where a limb is swung from: the near end of its longest link but the last, a shoulder and not a collarbone."""
-    links = [np.linalg.norm(places[0, a] - places[0, b]) for a, b in zip(joints, joints[1:])]
+    links = [np.linalg.norm(places[0, a] - places[0, b]) for a, b in pairwise(joints)]
     return next(joint for joint, link in zip(joints, links) if link > 0.6 * max(links))
-
-
-def _tip(limb: str, joints: Sequence[int], body: Body) -> int:
-    """The wrist of an arm; of a leg the ankle, for a toe is pointed at will."""
-    feet = [joint for joint in joints if joint in body.feet]
-    return joints[-2] if limb == "leg" and feet and len(joints) > 3 else joints[-1]
