@@ -83,6 +83,7 @@ def exaggerate(
     from mocap import timing
     from mocap.bvh import read_bvh
     from mocap.report import report
+    from mocap.rubber import exaggerate as pushing
     from mocap.rubber import rubber
     from mocap.units import upright
 
@@ -94,7 +95,12 @@ def exaggerate(
         *(motion, wanted, sigma, stretch, squash, hose, follow, feet), apart=not through, loop=loop, hits=blows
     )
     tell(f"{clip}: {note}" for note in made.source.notes)
-    tell(f"{clip}: {motion.skeleton.names[joint]} hits in frame {frame}" for joint, frame in blows if hits)
+    calm = float(pushing.calm_of(motion.fps, sigma))
+    if calm > pushing.CALM:
+        tell([f"{clip}: at {motion.fps:.4g} frames a second what is quicker than {calm:.2g} s is not exaggerated"])
+    for joint in dict.fromkeys(joint for joint, _ in blows):
+        frames = ", ".join(str(frame) for other, frame in blows if other == joint)
+        tell([f"{clip}: {motion.skeleton.names[joint]} hits in frame {frames}"])
     out = out or Path(stem(clip) + ".rubber.bvh")
     card = report(motion, made)
     shown = moments(made.positions[:, made.subjoints.ends], motion.fps, ease, drawings, [frame for _, frame in blows])
