@@ -76,6 +76,11 @@ def make_rubber(
         raise InputError(
             f"links may become 1 or more times as long as they are, not {most_stretch:g}: choose such as 1.6"
         )
+    for name, share in {"squash": squash, "hose": hose, "follow": follow}.items():
+        if not 0 <= share <= 1:
+            raise InputError(f"{name} must be 0, nothing, to 1, all of it, it is {share:g}")
+    if omega is not None and np.isinf(omega).any():
+        raise InputError("omega must be a number of times, an infinite one came: 5 is much")
     if posed_first(motion):
         omega, sigma, contacts, calm = (_later(values, len(motion)) for values in (omega, sigma, contacts, calm))
         own = (omega, sigma, most_stretch, squash, hose, follow, feet, contacts, apart, calm, loop)

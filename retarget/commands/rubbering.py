@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 
 from retarget.console import Out, stem, tell
 
+SPARSE = 50.0
+"""Of fewer frames a second it is said that quick movements are left alone: films have 24 or 30."""
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -96,7 +99,7 @@ def exaggerate(
     )
     tell(f"{clip}: {note}" for note in made.source.notes)
     calm = float(pushing.calm_of(motion.fps, sigma))
-    if calm > pushing.CALM:
+    if motion.fps < SPARSE:
         tell([f"{clip}: at {motion.fps:.4g} frames a second what is quicker than {calm:.2g} s is not exaggerated"])
     for joint in dict.fromkeys(joint for joint, _ in blows):
         frames = ", ".join(str(frame) for other, frame in blows if other == joint)

@@ -64,3 +64,9 @@ def test_on_twos_every_drawing_is_shown_as_long(kick, tmp_path):
     places = made.positions()
     changes = np.flatnonzero(np.abs(np.diff(places, axis=0)).max(axis=(1, 2)) > 1e-9) + 1
     assert len(changes) > 5 and (changes % 3 == 0).all()
+
+
+@pytest.mark.parametrize("wrong", [("--amount", "inf"), ("--seconds", "0"), ("--overshoot", "nan"), ("--ease", "9")])
+def test_what_no_filter_can_do_is_refused(kick, tmp_path, capsys, wrong):
+    assert cli.main(["mocap", "anticipate", str(kick), "-o", str(tmp_path / "x.bvh"), *wrong]) == 2
+    assert capsys.readouterr().err.startswith("tooncap: ") and not (tmp_path / "x.bvh").exists()

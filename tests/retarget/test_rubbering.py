@@ -93,3 +93,9 @@ def test_on_twos_every_drawing_of_rubber_is_shown_as_long(kick, tmp_path):
     places = read_bvh(out).positions()
     np.testing.assert_allclose(places[0::2], places[1::2], atol=1e-9)
     assert np.abs(np.diff(places[::2], axis=0)).max() > 0.05
+
+
+def test_of_few_frames_a_second_it_is_said_what_is_left_alone(kick, tmp_path, capsys):
+    """Three frames: 0.1 s at 30 a second (see `exaggerate.calm_of`)."""
+    assert cli.main(["mocap", "exaggerate", str(kick), "-o", str(tmp_path / "x.bvh")]) == 0
+    assert "at 30 frames a second what is quicker than 0.1 s is not exaggerated" in capsys.readouterr().err
