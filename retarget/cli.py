@@ -10,6 +10,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from retarget.commands import (
     capturing,
+    dancing,
     exaggerating,
     filtering,
     lending,
@@ -35,6 +36,7 @@ MOCAP: tuple[Callable[..., str], ...] = (
     rubbering.exaggerate,
     filtering.anticipate,
     playing.play,
+    dancing.dance,
 )
 """The subcommands of `tooncap mocap`."""
 

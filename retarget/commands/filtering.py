@@ -119,8 +119,8 @@ def _stood(turned: "SkeletonMotion", motion: "SkeletonMotion") -> "SkeletonMotio
     """The turned motion with feet standing while they did in the captured one, by turning the legs."""
     from mocap.body import find_body
     from mocap.contacts import find_contacts
-    from mocap.standing import standing
+    from mocap.planted import planted
 
     captured = motion.positions()
     feet = find_body(motion.skeleton, captured).feet
-    return standing(turned, captured, feet, find_contacts(motion, feet)) if feet else turned
+    return planted(turned, captured, feet, find_contacts(motion, feet)) if feet else turned

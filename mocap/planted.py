@@ -21,7 +21,7 @@ STRAIGHT = 0.995
 """Of a leg's length: nearer to straight it would snap."""
 
 
-def standing(motion: SkeletonMotion, captured: NDArray, feet: Sequence[int], contacts: NDArray) -> SkeletonMotion:
+def planted(motion: SkeletonMotion, captured: NDArray, feet: Sequence[int], contacts: NDArray) -> SkeletonMotion:
     """The motion (T frames) with the joints `feet` (F,) at their captured places (T, J, 3) in their contacts (T, F).
 
     Hips come down where a leg is too short for it.
