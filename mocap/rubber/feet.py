@@ -57,10 +57,10 @@ def above(
         if lack.max() < LEAST:
             continue
         lack = envelope(np.where(lack < LEAST, 0.0, lack), round(ease * fps))
-        for joint in joints:
-            places = positions[:, subjoints.ends[joint]].copy()
-            places[:, 1] += lack
-            goals.append(Goal(joint, places, (lack > 0).astype(float)))
+        first = joints[0]  # what hangs on it goes along
+        places = positions[:, subjoints.ends[first]].copy()
+        places[:, 1] += lack
+        goals.append(Goal(first, places, (lack > 0).astype(float)))
     return constrained(positions, subjoints, goals)
 
 

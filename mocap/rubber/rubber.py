@@ -105,6 +105,7 @@ def make_rubber(
     if apart:
         stood = placed[:, parts.ends]
         placed = collide.pushed_apart(placed, captured, parts, motion.fps)
+        placed = _over_floor(placed, parts, captured, feet, motion.fps)
         placed = _kept(placed, parts, stood, feet, contacts, motion.fps)  # what was pushed away, and no more
     if hits:
         placed = blows.met(placed, parts, captured, hits, motion.fps)
@@ -229,13 +230,21 @@ def _standing(
         return placed
     if contacts is not None:
         placed = hips.carried(placed, parts, captured, feet, contacts, fps, most_stretch, SETTLE)
+    placed = standing.above(placed, parts, _with_what_hangs_on(parts.skeleton, feet), captured, fps)
+    placed = _over_floor(placed, parts, captured, feet, fps)
+    return _kept(placed, parts, captured, feet, contacts, fps)
+
+
+def _over_floor(placed: NDArray, parts: SubJoints, captured: NDArray, feet: Sequence[int], fps: float) -> NDArray:
+    """Neither a hand nor a bent shin goes lower than the lowest joint was captured."""
+    if not len(feet):
+        return placed
     floor = captured[..., 1].min()
     hands = [group[-1] for group in parts.groups if group[-1] not in feet]
-    placed = standing.above(placed, parts, _with_what_hangs_on(parts.skeleton, feet), captured, fps)
-    placed = standing.above(placed, parts, hands, captured, fps, floor=floor)
-    placed = _kept(placed, parts, captured, feet, contacts, fps)
-    between = parts.along < 1  # nor does a bent shin go through the floor
-    placed[:, between, 1] = np.maximum(placed[:, between, 1], floor)
+    placed = standing.above(placed, parts, _with_what_hangs_on(parts.skeleton, hands), captured, fps, floor=floor)
+    own = parts.ends[_with_what_hangs_on(parts.skeleton, feet)]
+    others = np.setdiff1d(np.arange(len(parts)), own)
+    placed[:, others, 1] = np.maximum(placed[:, others, 1], floor)
     return placed
 
 
