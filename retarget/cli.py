@@ -17,6 +17,7 @@ from retarget.commands import (
     many,
     moving,
     playing,
+    posing,
     proposing,
     rubbering,
     start,
@@ -37,6 +38,7 @@ MOCAP: tuple[Callable[..., str], ...] = (
     filtering.anticipate,
     playing.play,
     dancing.dance,
+    posing.pose,
 )
 """The subcommands of `tooncap mocap`."""
 
