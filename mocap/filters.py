@@ -42,6 +42,8 @@ def cartoon(
     sigma = pace(curves, fps) if sigma is None else sigma
     if not 0 < sigma < np.inf:
         raise InputError(f"the filter's width must be above 0 seconds, got {sigma:g}: the usual are 0.05 to 0.3")
+    if not np.isfinite([amount, anticipation, overshoot]).all():
+        raise InputError("how much a filter does must be a number, one that is infinite or none came: 1 is the usual")
     push = -(0.5 * np.e * sigma**2) * amount * bend(curves, fps, sigma, shift, loop, travel)
     if anticipation == overshoot:
         return curves + anticipation * push

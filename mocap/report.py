@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mocap.body import find_body
 from mocap.contacts import LOW, SLOW, find_contacts, floors, speeds
 from mocap.rubber.collide import overlaps
-from mocap.rubber.rubber import RubberMotion
+from mocap.rubber.rubber import RubberMotion, rooted
 from mocap.skeleton import SkeletonMotion
 from mocap.units import STATURE, link_lengths, stature
 
@@ -71,7 +71,7 @@ def report(
     joints, stretch, volume = _links(source, made, places)
     feet, now = places[:, list(body.feet)], joints[:, list(body.feet)]
     links = made is not None and source.skeleton.lengths().any()
-    inside = float(overlaps(joints, places, source.skeleton).max()) if links else 0.0
+    inside = float(overlaps(joints, places, rooted(source).skeleton).max()) if links else 0.0
     return Report(
         frames=len(places),
         fps=source.fps,

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion.tracks import CartoonMotion
 from mocap import filters
+from mocap.rubber.rubber import RubberMotion
 from mocap.skeleton import SkeletonMotion
 
 PACES = 0.2, 3.0
@@ -83,6 +84,20 @@ def played_joints(motion: SkeletonMotion, moments: NDArray) -> SkeletonMotion:
     start, goal = motion.rotation[first], motion.rotation[np.minimum(first + 1, len(motion) - 1)]
     rotation = turned(start, share * turns_between(start, goal))
     return replace(motion, translation=played(motion.translation, moments), rotation=rotation)
+
+
+def played_rubber(made: RubberMotion, moments: NDArray) -> RubberMotion:
+    """A rubber motion as it is at moments (M,): sub-joints go straight and turn the short way between frames."""
+    as_joints = SkeletonMotion(made.source.skeleton, made.positions, made.rotation, made.source.fps)
+    shown = played_joints(as_joints, moments)
+    return replace(
+        made,
+        source=played_joints(made.source, moments),
+        positions=shown.translation,
+        rotation=shown.rotation,
+        stretch=played(made.stretch, moments),
+        thickness=played(made.thickness, moments),
+    )
 
 
 def played_drawings(motion: CartoonMotion, moments: NDArray) -> CartoonMotion:

@@ -9,12 +9,19 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mocap.rubber import capsules
+from mocap.rubber.constrain import envelope
 from mocap.rubber.subjoints import SubJoints
 from mocap.skeleton import Skeleton
 
-ROUNDS = 6
-SMOOTH = 0.03
-"""Seconds over which a push comes and goes: without it a limb would jump where it begins to touch."""
+ROUNDS, SHARE = 10, 0.7
+"""Limbs are pushed so often, by this share of what they lack: with all of it two legs push each other to and fro."""
+
+NOTHING = 1e-3
+"""Metres that need no push."""
+
+SMOOTH = 0.1
+"""Seconds in which a push comes and goes: in a third of that, limbs captured 120 times a second jerk 40 times more."""
 
 
 def radii(skeleton: Skeleton, share: float = 0.12) -> NDArray:
@@ -29,12 +36,7 @@ def radii(skeleton: Skeleton, share: float = 0.12) -> NDArray:
 
 def overlaps(positions: NDArray, captured: NDArray, skeleton: Skeleton, thick: NDArray | None = None) -> NDArray:
     """How deep any two links go into each other beyond what was captured (T,), metres, for joints (T, J, 3) of both."""
-    thick = radii(skeleton) if thick is None else thick
-    deepest = np.zeros(len(positions))
-    for one, other in _pairs(skeleton):
-        _, _, lack = _lack(positions, captured, skeleton.parents, one, other, thick)
-        np.maximum(deepest, lack, out=deepest)
-    return deepest
+    return capsules.compiled()(*_arrays(positions, captured, skeleton, thick))[1]
 
 
 def pushed_apart(
@@ -44,80 +46,41 @@ def pushed_apart(
 
     The link nearer to a limb's tip gives way; the push fades towards the body, and in time.
     """
-    from scipy.ndimage import gaussian_filter1d, maximum_filter1d
-
-    skeleton = subjoints.skeleton
-    thick = radii(skeleton) if thick is None else thick
-    depth = _depths(skeleton.parents)
-    pairs, moved = _pairs(skeleton), positions
-    width = SMOOTH * fps
-    reach = 2 * int(np.ceil(2 * width)) + 1
+    push_of, moved = capsules.compiled(), positions
     for _ in range(ROUNDS):
         joints = moved[:, subjoints.ends]
-        push = np.zeros_like(joints)
-        for one, other in pairs:
-            way, at, lack = _lack(joints, captured, skeleton.parents, one, other, thick)
-            if not lack.any():
-                continue
-            away = 1.0 if depth[one] >= depth[other] else -1.0
-            loose, share = (one, at[0]) if away > 0 else (other, at[1])
-            here = away * lack[:, None] * way
-            for joint, part in _give_way(loose, share, skeleton.parents, depth):
-                step = here * part[:, None]
-                stronger = np.linalg.norm(step, axis=1) > np.linalg.norm(push[:, joint], axis=1)
-                push[stronger, joint] = step[stronger]
-        if not push.any():
+        push, _ = push_of(*_arrays(joints, captured, subjoints.skeleton, thick))
+        if np.abs(push).max() < NOTHING:
             break
-        size = np.linalg.norm(push, axis=-1)
-        strongest = maximum_filter1d(size, reach, axis=0)  # smoothing must not take away what is needed
-        smooth = gaussian_filter1d(push, width, axis=0, mode="nearest")
-        soft = gaussian_filter1d(strongest, width, axis=0, mode="nearest")
-        length = np.maximum(np.linalg.norm(smooth, axis=-1), 1e-12)
-        moved = moved + _spread(smooth * (np.minimum(soft, strongest) / length)[..., None], subjoints)
+        moved = moved + SHARE * _spread(_eased(push, fps), subjoints)
     return moved
 
 
-def _give_way(link: int, share: NDArray, parents: Sequence[int], depth: NDArray) -> list[tuple[int, NDArray]]:
-    """Which joints move, against their parents, and how far for a push of 1 at `share` (T,) along a link.
-
-    The two ends share the push as a lever does; an end that is fast to the body leaves it to the other.
-    """
-    parent = parents[link]
-    if depth[parent] <= 1:
-        return [(link, 1 / np.maximum(share, 0.3))]
-    lever = share**2 + (1 - share) ** 2
-    return [(parent, (1 - share) / lever), (link, (2 * share - 1) / lever)]
-
-
-def _lack(
-    joints: NDArray, captured: NDArray, parents: Sequence[int], one: int, other: int, thick: NDArray
-) -> tuple[NDArray, tuple[NDArray, NDArray], NDArray]:
-    """Unit ways (T, 3) from the other link to the one, shares (T,) along both, and metres they lack (T,)."""
-    ends = [joints[:, k] for k in (parents[one], one, parents[other], other)]
-    way, at = nearest_points(*ends)
-    distance = np.linalg.norm(way, axis=-1)
-    close = distance < thick[one] + thick[other]
-    lack = np.zeros(len(joints))
-    if close.any():
-        before, _ = nearest_points(*(captured[close, k] for k in (parents[one], one, parents[other], other)))
-        allowed = np.minimum(thick[one] + thick[other], np.linalg.norm(before, axis=-1))
-        lack[close] = np.maximum(allowed - distance[close], 0)
-    return way / np.maximum(distance, 1e-9)[:, None], at, lack
+def _arrays(positions: NDArray, captured: NDArray, skeleton: Skeleton, thick: NDArray | None) -> tuple[NDArray, ...]:
+    """What `capsules` works on."""
+    parents = np.array(skeleton.parents)
+    depth = _depths(skeleton.parents)
+    fast = (parents < 0) | (depth[parents] <= 1)
+    thick = radii(skeleton) if thick is None else np.asarray(thick, float)
+    pairs = [(a, b) if depth[a] >= depth[b] else (b, a) for a, b in _pairs(skeleton)]
+    pairs = np.array(pairs, int).reshape(-1, 2)
+    return np.ascontiguousarray(positions), np.ascontiguousarray(captured), pairs, parents, fast, thick
 
 
-def nearest_points(a: NDArray, b: NDArray, c: NDArray, d: NDArray) -> tuple[NDArray, tuple[NDArray, NDArray]]:
-    """From the segments c-d to the segments a-b the shortest ways (T, 3), and how far along each they are (T,).
+def _eased(push: NDArray, fps: float) -> NDArray:
+    """Pushes (T, J, 3) that come and go softly: each nowhere smaller than it was, its way that of those around it."""
+    from scipy.ndimage import correlate1d
 
-    Distance is convex in the two shares: where the free minimum is outside, it is on the border of the unit square.
-    """
-    first, second, between = b - a, d - c, a - c
-    ff, ss = (np.maximum((v * v).sum(axis=-1), 1e-18) for v in (first, second))
-    fs, fb, sb = ((u * v).sum(axis=-1) for u, v in ((first, second), (first, between), (second, between)))
-    apart = ff * ss - fs * fs
-    along = np.clip(np.where(apart > 1e-12 * ff * ss, (fs * sb - ss * fb) / np.maximum(apart, 1e-18), 0.5), 0, 1)
-    other = np.clip((fs * along + sb) / ss, 0, 1)
-    along = np.clip((fs * other - fb) / ff, 0, 1)
-    return between + along[..., None] * first - other[..., None] * second, (along, other)
+    moves = np.flatnonzero(push.any(axis=(0, 2)))
+    own = push[:, moves]
+    frames = max(round(SMOOTH * fps), 1)
+    size = np.linalg.norm(own, axis=-1)
+    strongest = envelope(size, frames)
+    wide = np.hanning(4 * frames + 3)[1:-1]  # as far as a push is felt
+    way, weight = (correlate1d(values, wide, axis=0, mode="nearest") for values in (own, size))
+    eased = np.zeros_like(push)
+    eased[:, moves] = (strongest / np.maximum(weight, 1e-12))[..., None] * way
+    return eased
 
 
 def _pairs(skeleton: Skeleton) -> list[tuple[int, int]]:

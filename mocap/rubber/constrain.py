@@ -96,6 +96,14 @@ def easing(frames: NDArray, fps: float, blend: float = BLEND) -> NDArray:
     return (1 + np.cos(np.pi * away)) / 2
 
 
+def envelope(lack: NDArray, frames: int) -> NDArray:
+    """Smooth curves (T, ...) nowhere less than `lack` (T, ...), which they leave `frames` before and after."""
+    from scipy.ndimage import correlate1d, maximum_filter1d
+
+    bell = np.hanning(2 * frames + 3)[1:-1]
+    return correlate1d(maximum_filter1d(lack, 2 * frames + 1, axis=0), bell / bell.sum(), axis=0, mode="nearest")
+
+
 def _held(hold: NDArray, on: bool) -> NDArray:
     return hold if on else 1 - hold
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.rubber.constrain import BLEND, Goal, constrained, easing
+from mocap.rubber.constrain import BLEND, Goal, constrained, easing, envelope
 from mocap.rubber.subjoints import SubJoints
 
 LEAST = 1e-6
@@ -56,20 +56,12 @@ def above(
         lack = (lowest - here).max(axis=1)
         if lack.max() < LEAST:
             continue
-        lack = _eased(np.where(lack < LEAST, 0.0, lack), round(ease * fps))
-        for joint in joints:
-            places = positions[:, subjoints.ends[joint]].copy()
-            places[:, 1] += lack
-            goals.append(Goal(joint, places, (lack > 0).astype(float)))
+        lack = envelope(np.where(lack < LEAST, 0.0, lack), round(ease * fps))
+        first = joints[0]  # what hangs on it goes along
+        places = positions[:, subjoints.ends[first]].copy()
+        places[:, 1] += lack
+        goals.append(Goal(first, places, (lack > 0).astype(float)))
     return constrained(positions, subjoints, goals)
-
-
-def _eased(lack: NDArray, frames: int) -> NDArray:
-    """A smooth curve (T,) nowhere less than `lack` (T,), which it leaves `frames` before and after."""
-    from scipy.ndimage import correlate1d, maximum_filter1d
-
-    bell = np.hanning(2 * frames + 3)[1:-1]
-    return correlate1d(maximum_filter1d(lack, 2 * frames + 1), bell / bell.sum(), mode="nearest")
 
 
 def _legs(subjoints: SubJoints, feet: Sequence[int]) -> list[list[int]]:

@@ -5,12 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.rubber import exaggerate
-from mocap.rubber.constrain import easing
+from mocap.rubber.constrain import easing, envelope
 from mocap.rubber.subjoints import SubJoints
 
-SMOOTH = 0.06
-"""Seconds over which hips are lifted or let down: a leg's bound may be passed by a little within them."""
+SMOOTH = 0.12
+"""Seconds before and after a leg asks too much of its bound in which hips are lifted or let down."""
 
 
 def carried(
@@ -40,9 +39,9 @@ def carried(
         lowest, highest = (np.sqrt(np.maximum((r * long) ** 2 - flat, 0)) for r in (1 / most_stretch, most_stretch))
         up = np.maximum(up, share * np.maximum(lowest - here[:, 1], 0))
         down = np.maximum(down, share * np.where(highest > 0, np.maximum(here[:, 1] - highest, 0), 0))
-    lift = up - down
-    if not lift.any():
+    if not (up.any() or down.any()):
         return positions
     moved = positions.copy()
-    moved[..., 1] += exaggerate.averaged(lift, SMOOTH * fps)[:, None]
+    frames = round(SMOOTH * fps)
+    moved[..., 1] += (envelope(up, frames) - envelope(down, frames))[:, None]
     return moved

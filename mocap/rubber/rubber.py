@@ -15,6 +15,7 @@ from mocap import quaternions as quat
 from mocap.ends import travel_of
 from mocap.rubber import amounts, collide, exaggerate, hips, lengths, soles, subjoints
 from mocap.rubber import feet as standing
+from mocap.rubber import hits as blows
 from mocap.rubber import squash as squashing
 from mocap.rubber.orient import orientations
 from mocap.rubber.subjoints import SubJoints
@@ -23,7 +24,7 @@ from mocap.skeleton import Skeleton, SkeletonMotion
 SOFT = 0.5
 """The last half of the way to the longest and shortest that a link may be is taken ever more slowly."""
 
-SETTLE = 0.2
+SETTLE = 0.25
 """Seconds in which a foot comes down to where it was captured; in 0.1 steps jerk twice as much as exaggerated."""
 
 JOLT = 6.0
@@ -58,6 +59,7 @@ def make_rubber(
     apart: bool = False,
     calm: ArrayLike | None = None,
     loop: bool = False,
+    hits: Sequence[tuple[int, int]] = (),
 ) -> RubberMotion:
     """Exaggerate an upright motion and bend its limbs.
 
@@ -67,15 +69,22 @@ def make_rubber(
     with squash, `hose` 0 to 1 how round limbs bend, `follow` 0 to 1 how much of the springs' swing is taken.  The
     joints `feet` (F,) stay where they were captured while in `contacts` (T, F), and go no lower than they ever were;
     not given, they are found; an empty list lets feet go where they will.  `apart` keeps limbs from going through each
-    other further than they were captured to; it takes several times as long as all else.
+    other further than they were captured to; it takes as long as all else.  Of `hits` each joint is where it was
+    captured in its frame (see `hits`).
     """
     if not most_stretch >= 1:
         raise InputError(
             f"links may become 1 or more times as long as they are, not {most_stretch:g}: choose such as 1.6"
         )
+    for name, share in {"squash": squash, "hose": hose, "follow": follow}.items():
+        if not 0 <= share <= 1:
+            raise InputError(f"{name} must be 0, nothing, to 1, all of it, it is {share:g}")
+    if omega is not None and np.isinf(omega).any():
+        raise InputError("omega must be a number of times, an infinite one came: 5 is much")
     if posed_first(motion):
         omega, sigma, contacts, calm = (_later(values, len(motion)) for values in (omega, sigma, contacts, calm))
         own = (omega, sigma, most_stretch, squash, hose, follow, feet, contacts, apart, calm, loop)
+        own = (*own, [(joint, frame - 1) for joint, frame in hits if frame])
         return _joined(plain(motion.part(0, 1), hose), make_rubber(motion.part(1, len(motion)), *own), rooted(motion))
     motion = rooted(motion)
     parts = subjoints.subdivide(motion.skeleton)
@@ -94,8 +103,12 @@ def make_rubber(
     feet, contacts = soles.found(motion, captured) if feet is None else (feet, contacts)
     placed = _standing(placed, parts, captured, feet, contacts, motion.fps, most_stretch)
     if apart:
+        stood = placed[:, parts.ends]
         placed = collide.pushed_apart(placed, captured, parts, motion.fps)
-        placed = _kept(placed, parts, captured, feet, contacts, motion.fps)
+        placed = _over_floor(placed, parts, captured, feet, motion.fps)
+        placed = _kept(placed, parts, stood, feet, contacts, motion.fps)  # what was pushed away, and no more
+    if hits:
+        placed = blows.met(placed, parts, captured, hits, motion.fps)
     return finished(motion, parts, placed, captured, turns)
 
 
@@ -217,13 +230,21 @@ def _standing(
         return placed
     if contacts is not None:
         placed = hips.carried(placed, parts, captured, feet, contacts, fps, most_stretch, SETTLE)
+    placed = standing.above(placed, parts, _with_what_hangs_on(parts.skeleton, feet), captured, fps)
+    placed = _over_floor(placed, parts, captured, feet, fps)
+    return _kept(placed, parts, captured, feet, contacts, fps)
+
+
+def _over_floor(placed: NDArray, parts: SubJoints, captured: NDArray, feet: Sequence[int], fps: float) -> NDArray:
+    """Neither a hand nor a bent shin goes lower than the lowest joint was captured."""
+    if not len(feet):
+        return placed
     floor = captured[..., 1].min()
     hands = [group[-1] for group in parts.groups if group[-1] not in feet]
-    placed = standing.above(placed, parts, _with_what_hangs_on(parts.skeleton, feet), captured, fps)
-    placed = standing.above(placed, parts, hands, captured, fps, floor=floor)
-    placed = _kept(placed, parts, captured, feet, contacts, fps)
-    between = parts.along < 1  # nor does a bent shin go through the floor
-    placed[:, between, 1] = np.maximum(placed[:, between, 1], floor)
+    placed = standing.above(placed, parts, _with_what_hangs_on(parts.skeleton, hands), captured, fps, floor=floor)
+    own = parts.ends[_with_what_hangs_on(parts.skeleton, feet)]
+    others = np.setdiff1d(np.arange(len(parts)), own)
+    placed[:, others, 1] = np.maximum(placed[:, others, 1], floor)
     return placed
 
 

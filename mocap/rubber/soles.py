@@ -15,7 +15,7 @@ POSES = 50
 def found(motion: SkeletonMotion, captured: NDArray) -> tuple[tuple[int, ...], NDArray]:
     """The joints (F,) of feet, ankles and toes, and when each foot stands (T, F) bool; captured (T, J, 3) metres, y up.
 
-    An ankle stands as long as its toe does: both are then where they were, and a heel lifts as it did.
+    An ankle and the toe's end stand as long as the toe does: all are then where they were, and a heel lifts as it did.
     """
     body = find_body(motion.skeleton, captured[:: max(len(captured) // POSES, 1)])
     if not body.feet:
@@ -26,6 +26,7 @@ def found(motion: SkeletonMotion, captured: NDArray) -> tuple[tuple[int, ...], N
         sole = [body.feet[foot]]
         if leg[-1] == sole[0] and len(leg) > 2 and lengths[leg[-1]] < 0.5 * lengths[list(leg)].max():
             sole.insert(0, leg[-2])
+        sole += [end for end in motion.skeleton.children(sole[-1]) if lengths[end] > 0]
         joints += sole
         of_foot += [foot] * len(sole)
     return tuple(joints), stands[:, of_foot]

@@ -14,7 +14,8 @@ FRAMES, FPS = 2700, 120
 
 
 def rows():
-    """All of the chain, and without springs, and without feet that stand; and what turning sub-joints takes alone."""
+    """All of the chain, and without springs, and without feet that stand; what turning sub-joints takes alone; with limbs
+    kept apart; and how many milliseconds the whole clip takes after a slider was moved."""
     motion = _motion()
     feet = [motion.skeleton.names.index(f"leg {side} {n}") for side in "lr" for n in (3, 4)]
     left = (np.arange(FRAMES) // 60 % 2 == 0)[:, None]
@@ -28,6 +29,10 @@ def rows():
         "ms_per_frame_turning": _best(
             lambda: rubber.finished(made.source, made.subjoints, made.positions, captured, turns)
         ),
+        "ms_per_frame_apart": _best(
+            lambda: rubber.make_rubber(motion, follow=0.5, feet=feet, contacts=stands, apart=True)
+        ),
+        "ms_for_a_slider": FRAMES * _best(lambda: rubber.make_rubber(motion, 3.0, feet=feet, contacts=stands)),
         "sub_joints": len(made.subjoints),
     }
 

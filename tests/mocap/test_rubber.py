@@ -202,6 +202,12 @@ def test_limbs_are_kept_from_going_through_each_other():
     assert deep[0] > 0.02 and deep[1] < 0.5 * deep[0]
 
 
+@pytest.mark.parametrize("wrong", [{"squash": 7}, {"hose": -1}, {"follow": 1.5}, {"omega": np.inf}, {"squash": np.nan}])
+def test_shares_beyond_all_and_nothing_are_refused(wrong):
+    with pytest.raises(InputError, match=next(iter(wrong))):
+        rubber.make_rubber(_kicking(), **wrong)
+
+
 def test_a_stretch_that_is_none_is_refused():
     with pytest.raises(InputError, match="1 or more"):
         rubber.make_rubber(_kicking(), most_stretch=0.5)

@@ -35,6 +35,18 @@ def test_a_kick_exaggerated_five_times_neither_skates_nor_trembles(data: Path):
     np.testing.assert_allclose([card.volume[0], card.volume[1]], 1, atol=0.05)
 
 
+def test_nothing_goes_through_the_floor_and_limbs_kept_apart_do_not_tremble(data: Path):
+    """As the command makes it, five times; before, pushed limbs jerked up to 40 times as captured ones."""
+    for path in sorted((data / "bvh").glob("*.bvh")):
+        motion = upright(read_bvh(path))
+        free, made = (rubber.make_rubber(motion, omega=5, follow=0.5, apart=it) for it in (False, True))
+        low = rubber.joints_of(made.source)[0][..., 1].min()
+        assert made.positions[..., 1].min() > low - 0.01, path.name
+        cards = [report(motion, it) for it in (free, made)]
+        assert cards[1].jerk < 1.1 * cards[0].jerk + 0.2, f"{path.name}: {cards[0].jerk:.2f}, {cards[1].jerk:.2f}"
+        assert cards[1].penetration < 0.8 * cards[0].penetration + 0.5, path.name
+
+
 @pytest.mark.parametrize("follow", [0.0, 0.5])
 def test_no_joint_turns_much_further_in_a_frame_than_it_was_captured_to(data: Path, follow):
     """A flip is half a turn within a frame; in the cusp of an arm that is folded and swings, 60 degrees were seen."""

@@ -62,3 +62,40 @@ def test_a_part_has_an_amount_of_its_own(kick, tmp_path, capsys):
 def test_a_part_that_is_none_is_refused_with_those_there_are(kick, said, capsys):
     assert cli.main(["mocap", "exaggerate", str(kick), "--part", said]) == 2
     assert "spine" in capsys.readouterr().err
+
+
+def test_a_kick_still_hits_where_it_is_asked_to(kick, tmp_path, capsys):
+    """The formula's foot is out furthest in the middle of the kick: frame 42 of 30 a second."""
+    foot, places = "RightFoot", []
+    for options in ([], ["--hits"], ["--hit", "right leg=42"]):
+        out = tmp_path / "kick.rubber.bvh"
+        assert cli.main(["mocap", "exaggerate", str(kick), "-o", str(out), "--omega", "5", *options]) == 0
+        made = read_bvh(out)
+        places.append(made.positions()[42, made.skeleton.names.index(foot)])
+    said = capsys.readouterr()
+    assert said.out.count("1 hits") == 2 and "RightFoot hits in frame 42" in said.err
+    plain = read_bvh(kick)
+    there = plain.positions()[42, plain.skeleton.names.index(foot)]
+    free, found, asked = np.linalg.norm(np.array(places) - there, axis=1)
+    assert free > 0.1 and found < 1e-4 and asked < 1e-4
+
+
+@pytest.mark.parametrize("said", ["spine=3", "right leg", "right leg=soon", "right leg=60"])
+def test_a_hit_that_cannot_be_is_refused_with_those_that_can(kick, said, capsys):
+    assert cli.main(["mocap", "exaggerate", str(kick), "--hit", said]) == 2
+    told = capsys.readouterr().err
+    assert "right leg" in told and "0 to 59" in told
+
+
+def test_on_twos_every_drawing_of_rubber_is_shown_as_long(kick, tmp_path):
+    out = tmp_path / "twos.bvh"
+    assert cli.main(["mocap", "exaggerate", str(kick), "-o", str(out), "--drawings", "15", "--ease", "0.5"]) == 0
+    places = read_bvh(out).positions()
+    np.testing.assert_allclose(places[0::2], places[1::2], atol=1e-9)
+    assert np.abs(np.diff(places[::2], axis=0)).max() > 0.05
+
+
+def test_of_few_frames_a_second_it_is_said_what_is_left_alone(kick, tmp_path, capsys):
+    """Three frames: 0.1 s at 30 a second (see `exaggerate.calm_of`)."""
+    assert cli.main(["mocap", "exaggerate", str(kick), "-o", str(tmp_path / "x.bvh")]) == 0
+    assert "at 30 frames a second what is quicker than 0.1 s is not exaggerated" in capsys.readouterr().err
