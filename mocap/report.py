@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.body import find_body
-from mocap.contacts import LOW, SLOW, find_contacts, floors, speeds
+from mocap.bodies.body import find_body
+from mocap.bodies.contacts import LOW, SLOW, find_contacts, floors, speeds
 from mocap.rubber.collide import overlaps
 from mocap.rubber.rubber import RubberMotion, rooted
-from mocap.skeleton import SkeletonMotion
-from mocap.units import STATURE, link_lengths, stature
+from mocap.skeletons.skeleton import SkeletonMotion
+from mocap.skeletons.units import STATURE, link_lengths, stature
 
 
 @dataclass(frozen=True, eq=False)

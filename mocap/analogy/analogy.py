@@ -13,7 +13,7 @@ from mocap.analogy.carry import carried, grounded
 from mocap.analogy.cover import some
 from mocap.analogy.curves import Curves
 from mocap.analogy.feet import calm, meant, slide, standing
-from mocap.skeleton import SkeletonMotion
+from mocap.skeletons.skeleton import SkeletonMotion
 
 ROUNDS = 5
 """Feet made to stand stand in other frames than before: so often it is looked whether they do as well as B's."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap.analogy.curves import hips
-from mocap.skeleton import SkeletonMotion
+from mocap.skeletons.skeleton import SkeletonMotion
 
 EVEN = 0.1
 """Seconds within which the body is not moved suddenly."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap import rotations
-from mocap.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
+from mocap.skeletons import rotations
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
 
 ROOT = ("ahead", "aside", "turning", "height", "lean x", "lean y", "lean z")
 """The root's channels: metres a second, radians a second, metres, radians."""

@@ -10,9 +10,9 @@ import numpy as np
 from mocap import report
 from mocap.analogy import curves as curving
 from mocap.analogy.analogy import Knobs, analogy
-from mocap.body import find_body
-from mocap.contacts import find_contacts
-from mocap.skeleton import SkeletonMotion
+from mocap.bodies.body import find_body
+from mocap.bodies.contacts import find_contacts
+from mocap.skeletons.skeleton import SkeletonMotion
 
 
 @dataclass(frozen=True)

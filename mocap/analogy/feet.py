@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from mocap.analogy.carry import shifted
 from mocap.analogy.curves import hips
 from mocap.analogy.lend import larger
-from mocap.body import find_body
-from mocap.contacts import SHORTEST, find_contacts, floors, runs, speeds
-from mocap.reach import reached
+from mocap.bodies.body import find_body
+from mocap.bodies.contacts import SHORTEST, find_contacts, floors, runs, speeds
+from mocap.bodies.reach import reached
 from mocap.report import skate
 from mocap.rubber.constrain import BLEND, Goal, easing
-from mocap.skeleton import SkeletonMotion
-from mocap.units import STATURE, stature
+from mocap.skeletons.skeleton import SkeletonMotion
+from mocap.skeletons.units import STATURE, stature
 
 NEAR, CALM = 0.1, 1.0
 """A foot that is meant to stand does, if it is no higher than so many metres over the floor and no faster, m/s."""

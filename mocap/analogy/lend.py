@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 
 from mocap.analogy import match
 from mocap.analogy.curves import headed, hips, jointed
-from mocap.body import find_body
-from mocap.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
-from mocap.units import stature
+from mocap.bodies.body import find_body
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
+from mocap.skeletons.units import stature
 
 ALIKE = np.radians(45)
 """Two persons in one kind of skeleton do not rest farther apart: then turns mean the same for both."""

@@ -4,8 +4,8 @@ import re
 
 from capture.errors import InputError
 from mocap.analogy.curves import hips
-from mocap.body import Body, find_body
-from mocap.skeleton import SkeletonMotion
+from mocap.bodies.body import Body, find_body
+from mocap.skeletons.skeleton import SkeletonMotion
 
 
 def matched(motion: SkeletonMotion, goal: SkeletonMotion) -> dict[int, int]:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from mocap.analogy import curves as curving
 from mocap.analogy.carry import shifted
-from mocap.body import find_body
-from mocap.reach import reached
+from mocap.bodies.body import find_body
+from mocap.bodies.reach import reached
 from mocap.rubber.constrain import Goal
-from mocap.skeleton import SkeletonMotion
+from mocap.skeletons.skeleton import SkeletonMotion
 
 
 def crouched(motion: SkeletonMotion, lower: float = 0.15, bend: float = 0.4) -> SkeletonMotion:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.body import Body, find_body
+from mocap.bodies.body import Body, find_body
 from mocap.posing import mirror
 from mocap.posing.arrive import arriving
 from mocap.posing.beats import Beats
@@ -17,7 +17,7 @@ from mocap.posing.elastic import Elastic, felt
 from mocap.posing.postures import Pool, posed, turns_of
 from mocap.posing.standing import stood
 from mocap.posing.starting import kind_of
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 SPRINGS = felt(2.2, 0.8)
 """Brisk, and hardly swinging over."""

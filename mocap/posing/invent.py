@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.body import find_body
+from mocap.bodies.body import find_body
 from mocap.posing.choreography import Dance, Phrase, Step
 from mocap.posing.postures import Pool, Posture, posed, turns_of
 from mocap.posing.starting import kind_of
-from mocap.skeleton import Skeleton
+from mocap.skeletons.skeleton import Skeleton
 
 RHYTHMS = (*((0, 1, 2, 3),) * 4, (0, 1, 2), (0, 2, 3), (0, 1.5, 3), (0, 2))
 """On which of four beats there is a posture."""

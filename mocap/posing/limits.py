@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.body import find_body, rest_places
-from mocap.skeleton import Skeleton
+from mocap.bodies.body import find_body, rest_places
+from mocap.skeletons.skeleton import Skeleton
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ def usual(skeleton: Skeleton) -> tuple[JointLimits, ...]:
 
 def bend_of(limit: JointLimits, parents: Sequence[int], turns: NDArray) -> float:
     """By how much, in radians, a hinge is bent in a pose with turns (J, 4)."""
-    from mocap import quaternions as quat
+    from mocap.skeletons import quaternions as quat
 
     above = parents[limit.joint]
     own = turns[limit.joint]

@@ -5,8 +5,8 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.body import Body
-from mocap.skeleton import Skeleton
+from mocap.bodies.body import Body
+from mocap.skeletons.skeleton import Skeleton
 
 _SWAPPED = {"left": "right", "right": "left", "l": "r", "r": "l", "lft": "rgt", "rgt": "lft"}
 _SIDE = re.compile(

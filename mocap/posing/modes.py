@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.ends import extended, travel_of
+from mocap.curves.ends import extended, travel_of
 from mocap.posing import elastic
 from mocap.posing.postures import posed, turned
 from mocap.rubber.subjoints import SubJoints
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 POINTS = (0.5 - 12**-0.5, 0.5 + 12**-0.5)
 """Where along a link its mass sits, half of it in each."""

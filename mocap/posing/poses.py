@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap import quaternions as quat
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons import quaternions as quat
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 SAME = 1e-5
 """A link that is longer or shorter by no more than this, times the figure's size, is the skeleton's."""

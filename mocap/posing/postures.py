@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.files import written_beside
-from mocap import rotations
-from mocap.body import Body
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.bodies.body import Body
+from mocap.skeletons import rotations
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 VERSION = 1
 
@@ -201,7 +201,7 @@ def _ahead(rotation: NDArray, rest: NDArray) -> NDArray:
     """A root's turn without what it turns about the vertical against rest."""
     from scipy.spatial.transform import Rotation
 
-    from mocap import quaternions as quat
+    from mocap.skeletons import quaternions as quat
 
     now, start = Rotation.from_quat(rotation), Rotation.from_quat(rest)
     heading = float(quat.twist((now * start.inv()).as_quat(), np.array([0.0, 1, 0])))

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.body import Body, find_body
+from mocap.bodies.body import Body, find_body
 from mocap.posing.starting import kind_of, standing
 from mocap.rubber.rubber import rooted
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 def rested(motion: SkeletonMotion) -> tuple[Skeleton, NDArray]:

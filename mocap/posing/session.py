@@ -21,7 +21,7 @@ from capture.errors import InputError
 from mocap.posing import poses, springs
 from mocap.posing.limits import JointLimits
 from mocap.posing.poses import Pose
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 @dataclass(frozen=True, eq=False)

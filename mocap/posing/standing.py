@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.body import Body
-from mocap.skeleton import SkeletonMotion
+from mocap.bodies.body import Body
+from mocap.skeletons.skeleton import SkeletonMotion
 
 SOFT = 0.015
 """Metres: a foot that is so much higher than the lowest carries e times less of the figure."""
@@ -42,7 +42,7 @@ def planted(motion: SkeletonMotion, body: Body, places: NDArray) -> SkeletonMoti
 
     That is for figures that dance on the spot: feet neither slide nor cross, whatever springs do to the legs.
     """
-    from mocap.reach import reached
+    from mocap.bodies.reach import reached
     from mocap.rubber.constrain import Goal
 
     motion = stood(motion, body.feet, places)

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.body import Body, find_body
+from mocap.bodies.body import Body, find_body
 from mocap.posing.postures import Pool, Posture, combined, posed, turned, unturned
-from mocap.skeleton import Skeleton
+from mocap.skeletons.skeleton import Skeleton
 
 SIDES = (("left", 1), ("right", -1))
 BENT = np.radians([35, 60, 90, 100])  # a trunk, an ankle or wrist, an elbow, a knee

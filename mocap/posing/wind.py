@@ -15,7 +15,7 @@ from capture.errors import InputError
 from mocap.posing import elastic, modes
 from mocap.posing.modes import Modes
 from mocap.posing.postures import posed, unturned
-from mocap.skeleton import Skeleton, SkeletonMotion, own_maps
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion, own_maps
 
 STEPS = 120
 """Steps a second, or a few more: the usual frame rates divide it, so a motion is the same at all of them."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mocap.rubber import capsules
 from mocap.rubber.constrain import envelope
 from mocap.rubber.subjoints import SubJoints
-from mocap.skeleton import Skeleton
+from mocap.skeletons.skeleton import Skeleton
 
 ROUNDS, SHARE = 10, 0.7
 """Limbs are pushed so often, by this share of what they lack: with all of it two legs push each other to and fro."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capture.errors import InputError
-from mocap.ends import travel_of
+from mocap.curves.ends import travel_of
 
 CALM = 0.04
 """Seconds: what goes to and fro quicker is noise in mocap of 75 frames a second and more."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.ends import extended, travel_of
+from mocap.curves.ends import extended, travel_of
 from mocap.rubber import suspended
 
 STEPS = 240

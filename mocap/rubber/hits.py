@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.body import Body
+from mocap.bodies.body import Body
 from mocap.rubber.constrain import Goal, constrained, easing
 from mocap.rubber.subjoints import SubJoints
 

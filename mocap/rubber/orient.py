@@ -9,9 +9,9 @@ small bends that is Slerp, and it does not flip for large ones.
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap import quaternions as quat
 from mocap.rubber.subjoints import SubJoints
-from mocap.skeleton import Skeleton
+from mocap.skeletons import quaternions as quat
+from mocap.skeletons.skeleton import Skeleton
 
 BIND = 0.02
 """How much a joint with several children goes along with what it hangs on, beside how much it follows them all."""

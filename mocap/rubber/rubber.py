@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capture.errors import InputError
-from mocap import quaternions as quat
-from mocap.ends import travel_of
+from mocap.curves.ends import travel_of
 from mocap.rubber import amounts, collide, exaggerate, hips, lengths, soles, subjoints
 from mocap.rubber import feet as standing
 from mocap.rubber import hits as blows
 from mocap.rubber import squash as squashing
 from mocap.rubber.orient import orientations
 from mocap.rubber.subjoints import SubJoints
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons import quaternions as quat
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 SOFT = 0.5
 """The last half of the way to the longest and shortest that a link may be is taken ever more slowly."""

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.body import find_body
-from mocap.contacts import find_contacts
-from mocap.skeleton import SkeletonMotion
-from mocap.units import stature
+from mocap.bodies.body import find_body
+from mocap.bodies.contacts import find_contacts
+from mocap.skeletons.skeleton import SkeletonMotion
+from mocap.skeletons.units import stature
 
 POSES = 50
 """So many frames are enough to tell which joint is what."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.skeleton import Skeleton
+from mocap.skeletons.skeleton import Skeleton
 
 FINE = 3
 """A limb's middling link is cut into so many sub-links, longer links into more and shorter into fewer."""

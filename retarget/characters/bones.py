@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.bvh import read_bvh
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.bvh import read_bvh
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.characters.meshfiles import Material, Model
 from retarget.characters.skin import Animation, Pose, Skin
 

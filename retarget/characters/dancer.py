@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.characters.hoses import hoses, rods
 from retarget.characters.meshfiles import Model
 from retarget.characters.skin import Skin
@@ -60,10 +60,10 @@ def _built_in(name: str) -> Dancer:
 
 def _of_bvh(name: str) -> Dancer:
     """Its rest pose is that of its joints unturned; where nobody can stand so, the best of its frames."""
-    from mocap.bvh import read_bvh
     from mocap.posing.rest import rested
     from mocap.posing.starting import kind_of, standing
-    from mocap.units import upright
+    from mocap.skeletons.bvh import read_bvh
+    from mocap.skeletons.units import upright
 
     motion = upright(read_bvh(name))
     if kind_of(motion.skeleton) == "plant":
@@ -74,7 +74,7 @@ def _of_bvh(name: str) -> Dancer:
 def _of_model(name: str) -> Dancer:
     """Its rest pose is the one its mesh was bound in, or its file's own where nobody can stand as bound."""
     from mocap.posing.starting import kind_of, standing
-    from mocap.units import upright
+    from mocap.skeletons.units import upright
     from retarget.characters.meshfiles import read_model
     from retarget.characters.rubber_skin import motion_of_poses
     from retarget.characters.skin import Pose, read_skin

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.body import Body, find_body, rest_places
-from mocap.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
+from mocap.bodies.body import Body, find_body, rest_places
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
 from retarget.characters.meshfiles import Material, Model
 from retarget.characters.skin import Pose, Skin
 

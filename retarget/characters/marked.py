@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine, triangulate
 from capture.motion.keys import KeySet
-from mocap import marks as marking
-from mocap.hung import END, STUB
-from mocap.marks import Marks
+from mocap.onto import marks as marking
+from mocap.onto.hung import END, STUB
+from mocap.onto.marks import Marks
 from retarget.characters import paths
 from retarget.characters.drawing import Drawing, drawing
 from retarget.characters.heat import heat_shares

@@ -24,7 +24,7 @@ import numpy as np
 
 from capture.errors import InputError
 from capture.files import written_beside
-from mocap.marks import Marks, check
+from mocap.onto.marks import Marks, check
 from retarget.characters.marked import MarkedDrawing, MarkedPicture
 from retarget.characters.photo import cut_out, read_photo
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine
 from capture.motion.keys import KeySet, fold
-from mocap import rotations
+from mocap.skeletons import rotations
 from retarget.characters import lift
 from retarget.characters.bones import read_bones
 from retarget.characters.lift import Depth

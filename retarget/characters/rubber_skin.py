@@ -24,7 +24,7 @@ from capture.errors import InputError
 from capture.motion import affine
 from mocap.rubber.rubber import RubberMotion
 from mocap.rubber.subjoints import SubJoints
-from mocap.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
 from retarget.characters.skin import Pose, Skin, sampled
 
 BESIDE = 2
@@ -186,7 +186,7 @@ def maps_of(rubber: RubberSkin, motion: RubberMotion) -> NDArray:
 
 def rest_places(subjoints: SubJoints) -> NDArray:
     """Where the sub-joints (S, 3) are when nothing is turned."""
-    from mocap.body import rest_places as of_joints
+    from mocap.bodies.body import rest_places as of_joints
 
     joints, parents = of_joints(subjoints.skeleton), np.array(subjoints.skeleton.parents)[subjoints.joint]
     here = joints[subjoints.joint]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.motion import affine
-from mocap import skeleton
+from mocap.skeletons import skeleton
 from retarget.characters.gltffile import DAMAGE, GltfFile, open_gltf
 from retarget.characters.meshfiles import own_place, placed
 

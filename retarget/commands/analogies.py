@@ -9,7 +9,7 @@ from retarget.console import Failed, Out, folder_at, one_line, stem, tell
 
 if TYPE_CHECKING:
     from mocap.analogy.analogy import Knobs
-    from mocap.skeleton import SkeletonMotion
+    from mocap.skeletons.skeleton import SkeletonMotion
 
 CARTOON, SKELETON = ".motion.json", ".bvh"
 FILMS = (".mp4", ".webm", ".mov", ".gif")
@@ -124,8 +124,8 @@ def _made_skeleton(pairs: Sequence, given: Path, target: Path, knobs: "Knobs") -
 
     from mocap.analogy.analogy import analogy as analogous
     from mocap.analogy.feet import slide
-    from mocap.bvh import read_bvh
-    from mocap.units import upright
+    from mocap.skeletons.bvh import read_bvh
+    from mocap.skeletons.units import upright
 
     raw = read_bvh(given)
     three = made = upright(raw)
@@ -162,8 +162,8 @@ def _made_cartoon(pairs: Sequence, given: Path, target: Path, knobs: "Knobs") ->
 def _read(examples: Sequence[Path], kind: str) -> list[tuple]:
     """The pairs A, A' of the files."""
     from capture.motion import tracks
-    from mocap.bvh import read_bvh
-    from mocap.units import upright
+    from mocap.skeletons.bvh import read_bvh
+    from mocap.skeletons.units import upright
 
     read = []
     for path in examples:
@@ -183,7 +183,7 @@ def _write_skeleton(motion: "SkeletonMotion", target: Path, unit: float) -> None
     from capture.pictures.encode import write_clip
     from mocap import sticks
     from mocap.analogy.curves import hips
-    from mocap.bvh import write_bvh
+    from mocap.skeletons.bvh import write_bvh
 
     if target.suffix.lower() == SKELETON:
         skeleton = replace(motion.skeleton, offsets=unit * motion.skeleton.offsets)

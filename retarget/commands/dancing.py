@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from mocap.posing.beats import Beats
     from mocap.posing.choreography import Dance
     from mocap.posing.postures import Pool
-    from mocap.skeleton import SkeletonMotion
+    from mocap.skeletons.skeleton import SkeletonMotion
     from retarget.characters.dancer import Dancer
 
 
@@ -153,8 +153,8 @@ def _write(
 ) -> None:
     """The dance as what the name of `out` asks for."""
     from capture.errors import InputError
-    from mocap.bvh import write_bvh
     from mocap.rubber import rubber
+    from mocap.skeletons.bvh import write_bvh
     from retarget.characters.rubber_skin import rubber_skin
     from retarget.export import formats
     from retarget.export.rubber import write_rubber
@@ -203,9 +203,9 @@ def _drawn(
     motion: "SkeletonMotion", drawing: Path, out: Path, size: int, sound: "tuple[Path | None, Beats] | None"
 ) -> None:
     """The dance by a drawing with marked joints (`mocap play` does it with rubber)."""
-    from mocap.bones import cast_marks
+    from mocap.onto.bones import cast_marks
+    from mocap.onto.to_tracks import to_tracks
     from mocap.rubber import rubber
-    from mocap.to_tracks import to_tracks
     from retarget.characters.markfiles import read_marked
     from retarget.export import formats
     from retarget.stage import draw2d

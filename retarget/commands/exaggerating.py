@@ -49,7 +49,7 @@ def exaggerate(
     import numpy as np
 
     from capture.motion import tracks
-    from mocap import cartoon_curves, timing
+    from mocap.curves import cartoon_curves, timing
     from retarget.stage import footing, staging
 
     source = tracks.load(motion)

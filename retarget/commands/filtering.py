@@ -7,7 +7,7 @@ from retarget.console import Out, stem, tell
 
 if TYPE_CHECKING:
     from mocap.rubber.rubber import RubberMotion
-    from mocap.skeleton import SkeletonMotion
+    from mocap.skeletons.skeleton import SkeletonMotion
 
 
 def anticipate(
@@ -64,11 +64,11 @@ def anticipate(
     strict
         Refuse a file that breaks the format's rules, rather than mend what can be mended.
     """
-    from mocap import joint_filters, timing
-    from mocap.bvh import read_bvh, write_bvh
+    from mocap.curves import joint_filters, timing
     from mocap.report import report
     from mocap.rubber import rubber
-    from mocap.units import upright
+    from mocap.skeletons.bvh import read_bvh, write_bvh
+    from mocap.skeletons.units import upright
     from retarget.commands.rubbering import moments, skating, write_figure
 
     motion = upright(read_bvh(clip, strict, fps))
@@ -97,8 +97,8 @@ def _moved(turned: "SkeletonMotion", motion: "SkeletonMotion", how: tuple, slide
     """The filter on where joints are."""
     import numpy as np
 
-    from mocap import filters, joint_filters
-    from mocap.ends import travel_of
+    from mocap.curves import filters, joint_filters
+    from mocap.curves.ends import travel_of
     from mocap.rubber import feet, rubber, soles, subjoints
 
     amount, seconds, follow, anticipation, overshoot, loop = how
@@ -117,9 +117,9 @@ def _moved(turned: "SkeletonMotion", motion: "SkeletonMotion", how: tuple, slide
 
 def _stood(turned: "SkeletonMotion", motion: "SkeletonMotion") -> "SkeletonMotion":
     """The turned motion with feet standing while they did in the captured one, by turning the legs."""
-    from mocap.body import find_body
-    from mocap.contacts import find_contacts
-    from mocap.planted import planted
+    from mocap.bodies.body import find_body
+    from mocap.bodies.contacts import find_contacts
+    from mocap.bodies.planted import planted
 
     captured = motion.positions()
     feet = find_body(motion.skeleton, captured).feet

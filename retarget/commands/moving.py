@@ -8,7 +8,7 @@ from retarget.console import tell
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mocap.skeleton import SkeletonMotion
+    from mocap.skeletons.skeleton import SkeletonMotion
 
 
 def report(clip: Path, made: Path | None = None, *, fps: float | None = None, strict: bool = False) -> str:
@@ -25,10 +25,10 @@ def report(clip: Path, made: Path | None = None, *, fps: float | None = None, st
     strict
         Refuse a file that breaks the format's rules, rather than mend what can be mended.
     """
-    from mocap.body import find_body
-    from mocap.bvh import read_bvh
+    from mocap.bodies.body import find_body
     from mocap.report import report as card
-    from mocap.units import upright
+    from mocap.skeletons.bvh import read_bvh
+    from mocap.skeletons.units import upright
 
     motion = upright(read_bvh(clip, strict, fps))
     tell(f"{clip}: {note}" for note in motion.notes)

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Literal
 from retarget.console import Out, stem, tell
 
 if TYPE_CHECKING:
+    from mocap.onto.views import Views
     from mocap.rubber.rubber import RubberMotion
-    from mocap.skeleton import SkeletonMotion
-    from mocap.views import Views
+    from mocap.skeletons.skeleton import SkeletonMotion
     from retarget.characters.meshfiles import Model
     from retarget.characters.skin import Skin
 
@@ -107,10 +107,10 @@ def _drawn(
     from capture.motion import tracks
     from capture.pictures.encode import write_clip
     from capture.progress import progress
-    from mocap.bones import cast_marks
-    from mocap.bvh import read_bvh
-    from mocap.to_tracks import to_tracks
-    from mocap.units import upright
+    from mocap.onto.bones import cast_marks
+    from mocap.onto.to_tracks import to_tracks
+    from mocap.skeletons.bvh import read_bvh
+    from mocap.skeletons.units import upright
     from retarget.characters.backdrop import read_background
     from retarget.characters.markfiles import read_marked
     from retarget.export import formats
@@ -172,8 +172,8 @@ def _solid(
 
 
 def _hoses(clip: Path, _: str, cut: tuple) -> "tuple[RubberMotion, Model, Skin, str]":
-    from mocap.bvh import read_bvh
-    from mocap.units import upright
+    from mocap.skeletons.bvh import read_bvh
+    from mocap.skeletons.units import upright
     from retarget.characters.hoses import hoses
 
     motion = upright(read_bvh(clip))
@@ -226,7 +226,7 @@ def _made(
 
 
 def _views(view: View | None) -> "Views | None":
-    from mocap.views import FRONT, SIDE, Views
+    from mocap.onto.views import FRONT, SIDE, Views
 
     if view is None:
         return None

@@ -7,7 +7,7 @@ from retarget.console import Out, stem, tell
 
 if TYPE_CHECKING:
     from mocap.posing.session import Session
-    from mocap.skeleton import Skeleton
+    from mocap.skeletons.skeleton import Skeleton
 
 
 def pose(
@@ -52,9 +52,9 @@ def pose(
     import numpy as np
 
     from capture.errors import InputError
-    from mocap.bvh import read_bvh, write_bvh
     from mocap.posing import limits, poses, session
-    from mocap.units import upright
+    from mocap.skeletons.bvh import read_bvh, write_bvh
+    from mocap.skeletons.units import upright
 
     out = out or Path(stem(clip) + ".pose.bvh")
     if out.suffix.lower() not in (".bvh", ".png"):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from mocap.report import Report
     from mocap.rubber.rubber import RubberMotion
-    from mocap.skeleton import SkeletonMotion
+    from mocap.skeletons.skeleton import SkeletonMotion
 
 
 def exaggerate(
@@ -83,12 +83,12 @@ def exaggerate(
     """
     import numpy as np
 
-    from mocap import timing
-    from mocap.bvh import read_bvh
+    from mocap.curves import timing
     from mocap.report import report
     from mocap.rubber import exaggerate as pushing
     from mocap.rubber import rubber
-    from mocap.units import upright
+    from mocap.skeletons.bvh import read_bvh
+    from mocap.skeletons.units import upright
 
     motion = upright(read_bvh(clip, strict, fps))
     wanted = _omegas(motion, omega, part)
@@ -125,7 +125,7 @@ def skating(card: "Report") -> str:
 
 def moments(places: "NDArray", fps: float, ease: float, drawings: float | None, keep: Sequence[int] = ()) -> "NDArray":
     """Which moments (T,) of joints' places (T, J, 3) to show: eased around poses, and so many drawings a second."""
-    from mocap import timing
+    from mocap.curves import timing
 
     shown = timing.eased(places, fps, ease, keep)
     return shown if drawings is None else shown[timing.on_twos(len(shown), fps, drawings).astype(int)]
@@ -135,8 +135,8 @@ def write_figure(out: Path, before: "RubberMotion", made: "RubberMotion") -> Non
     """Write what was made as a .bvh with its sub-joints; or stick figures, `before` on the left, as a clip."""
     from capture.pictures.encode import write_clip
     from capture.progress import progress
-    from mocap.bvh import write_bvh
     from mocap.rubber import rubber
+    from mocap.skeletons.bvh import write_bvh
 
     if out.suffix.lower() == ".bvh":
         write_bvh(rubber.on_skeleton(made), out)
@@ -150,9 +150,9 @@ def write_figure(out: Path, before: "RubberMotion", made: "RubberMotion") -> Non
 def _hits(motion: "SkeletonMotion", find: bool, said: tuple[str, ...]) -> list[tuple[int, int]]:
     """The joints and frames that hit: those found, and those `said`, such as "right arm=145"."""
     from capture.errors import InputError
-    from mocap.body import find_body
+    from mocap.bodies.body import find_body
     from mocap.rubber.hits import find_hits, tip
-    from mocap.units import STATURE, stature
+    from mocap.skeletons.units import STATURE, stature
 
     if not (find or said):
         return []
@@ -177,7 +177,7 @@ def _omegas(motion: "SkeletonMotion", omega: float | None, parts: tuple[str, ...
     import numpy as np
 
     from capture.errors import InputError
-    from mocap.body import find_body
+    from mocap.bodies.body import find_body
 
     if not parts:
         return omega

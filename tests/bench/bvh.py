@@ -12,8 +12,8 @@ from time import process_time
 import numpy as np
 
 from fixtures.skeletons import walk
-from mocap.bvh import read_bvh, write_bvh
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.bvh import read_bvh, write_bvh
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 DATA = Path(os.environ.get("TOONCAP_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")) / "bvh"
 """Where real files may be."""

@@ -8,7 +8,7 @@ from time import thread_time
 import numpy as np
 
 from mocap.rubber import rubber
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 FRAMES, FPS = 2700, 120
 

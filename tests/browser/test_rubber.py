@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from fixtures import hose
 from mocap.rubber.rubber import make_rubber
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.characters import rubber_skin
 from retarget.characters.meshfiles import Material, Model, read_model
 from retarget.characters.skin import Pose, Skin, read_skin

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mocap.rubber import amounts, exaggerate, lengths, subjoints
-from mocap.skeleton import Skeleton
+from mocap.skeletons.skeleton import Skeleton
 
 FPS = 60
 

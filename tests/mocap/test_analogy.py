@@ -11,7 +11,7 @@ from mocap.analogy import analogy as making
 from mocap.analogy import curves as curving
 from mocap.analogy import cycles, match
 from mocap.analogy.analogy import Knobs, analogy
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 def apart(one, other):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fixtures import skeletons
-from mocap.body import find_body
-from mocap.bodynames import kind_of
-from mocap.skeleton import Skeleton
+from mocap.bodies.body import find_body
+from mocap.bodies.bodynames import kind_of
+from mocap.skeletons.skeleton import Skeleton
 
 WALK = skeletons.walk(seconds=2.0, fps=15.0)
 PERSON = Skeleton(WALK.names, WALK.parents, WALK.offsets)

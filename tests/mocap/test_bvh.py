@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from capture.errors import InputError
-from mocap.bvh import read_bvh, write_bvh
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.bvh import read_bvh, write_bvh
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 LEG = """HIERARCHY
 ROOT Hip

@@ -6,11 +6,11 @@ import pytest
 from capture.errors import InputError
 from capture.motion.tracks import check
 from fixtures import stickman
-from mocap.by_poses import by_key_poses, limb_outlines
-from mocap.marks import Marks
-from mocap.skeleton import Skeleton, SkeletonMotion
-from mocap.to_tracks import to_tracks
-from mocap.views import Views
+from mocap.onto.by_poses import by_key_poses, limb_outlines
+from mocap.onto.marks import Marks
+from mocap.onto.to_tracks import to_tracks
+from mocap.onto.views import Views
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.characters.drawing import outline_drawing
 from retarget.stage.perform import perform
 
@@ -24,7 +24,7 @@ def lent():
     turns = {"LeftArm": 0.8 * np.sin(phase) * (0, 0, 1), "LeftForeArm": (0.6 + 0.6 * np.cos(phase)) * (0, 0, 1)}
     motion = SkeletonMotion(Skeleton(*stickman.skeleton()), *stickman.moving(turns, 40))
     marks = Marks(*stickman.marks())
-    from mocap.bones import cast_marks
+    from mocap.onto.bones import cast_marks
 
     return to_tracks(motion, marks, cast_marks(motion, marks, Views(turning=False)), foreshorten=0.0)
 

@@ -7,7 +7,7 @@ import pytest
 
 from fixtures import skeletons
 from mocap.analogy.carry import carried, shifted
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 WALK = skeletons.walk(seconds=4.0)
 FEET = [WALK.joint("LeftFoot"), WALK.joint("RightFoot")]

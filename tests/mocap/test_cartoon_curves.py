@@ -10,7 +10,7 @@ from capture.motion import affine, keys, tracks
 from capture.motion.tracks import CartoonMotion, track_of
 from fixtures import write
 from fixtures.cartoons import all_toons
-from mocap import cartoon_curves
+from mocap.curves import cartoon_curves
 
 BOTH = (
     lambda motion: cartoon_curves.cartoon(motion, 1.2),

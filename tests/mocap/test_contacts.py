@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fixtures import skeletons
-from mocap.contacts import find_contacts, floors
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.bodies.contacts import find_contacts, floors
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 TOES = ("LeftToeBase", "RightToeBase")
 

@@ -9,15 +9,15 @@ from scipy.spatial.transform import Rotation
 
 from capture.errors import InputError
 from fixtures import plants, skeletons
-from mocap.body import find_body
+from mocap.bodies.body import find_body
 from mocap.posing import beats, mirror
 from mocap.posing.choreography import Dance, Phrase, Step, unrolled
 from mocap.posing.dance import danced
 from mocap.posing.invent import invented
 from mocap.posing.postures import Pool, Posture, turned, turns_of, unturned
 from mocap.posing.starting import standing, starting_pool
-from mocap.rotations import turns_between
-from mocap.skeleton import Skeleton
+from mocap.skeletons.rotations import turns_between
+from mocap.skeletons.skeleton import Skeleton
 
 
 def skeleton_of(figure):

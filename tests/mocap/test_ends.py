@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mocap.ends import extended
+from mocap.curves.ends import extended
 
 
 def test_a_straight_line_goes_straight_on_however_far():

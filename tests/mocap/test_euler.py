@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap import euler
+from mocap.skeletons import euler
 
 
 @pytest.mark.parametrize("order", ["X", "ZY", "YXY", *map("".join, permutations("XYZ"))])

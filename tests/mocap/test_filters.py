@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capture.errors import InputError
-from mocap import filters
+from mocap.curves import filters
 
 
 def step(t, length=0.4):

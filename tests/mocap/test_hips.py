@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mocap.rubber import hips, subjoints
-from mocap.skeleton import Skeleton
+from mocap.skeletons.skeleton import Skeleton
 
 FPS = 60
 

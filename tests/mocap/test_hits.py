@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fixtures import skeletons
-from mocap.body import Body, find_body
+from mocap.bodies.body import Body, find_body
 from mocap.rubber import hits, rubber
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 FPS = 60.0
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap import filters, joint_filters
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.curves import filters, joint_filters
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 ARM = Skeleton(("shoulder", "elbow", "hand"), (-1, 0, 1), np.array([[0, 1.4, 0], [0.3, 0, 0], [0.25, 0, 0]]))
 

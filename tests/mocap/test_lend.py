@@ -10,7 +10,7 @@ from capture.errors import InputError
 from fixtures import skeletons
 from mocap.analogy import match
 from mocap.analogy.lend import lent
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 WALK = skeletons.walk(seconds=1.0)
 MOTION = SkeletonMotion(Skeleton(WALK.names, WALK.parents, WALK.offsets), WALK.translation, WALK.rotation, WALK.fps)

@@ -5,8 +5,8 @@ import pytest
 
 from capture.errors import InputError
 from fixtures import plants, stickman
-from mocap.marks import Marks, check, matched, roles
-from mocap.skeleton import Skeleton
+from mocap.onto.marks import Marks, check, matched, roles
+from mocap.skeletons.skeleton import Skeleton
 
 LIMBS = {
     "shoulder": {

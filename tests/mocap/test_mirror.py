@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fixtures import skeletons
-from mocap.body import find_body, rest_places
+from mocap.bodies.body import find_body, rest_places
 from mocap.posing import mirror
-from mocap.skeleton import Skeleton, own_maps, world_maps
+from mocap.skeletons.skeleton import Skeleton, own_maps, world_maps
 
 FIGURE = skeletons.walk(0.1)
 SKELETON = Skeleton(FIGURE.names, FIGURE.parents, FIGURE.offsets)

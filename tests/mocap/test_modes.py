@@ -10,7 +10,7 @@ from fixtures import plants
 from fixtures.skeletons import walk
 from mocap.posing import elastic, modes, postures
 from mocap.rubber.subjoints import subdivide
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 def skeleton_of(made):

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mocap.rubber import orient, rubber, subjoints
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 def test_a_limb_that_is_not_pushed_or_bent_is_turned_as_it_was():

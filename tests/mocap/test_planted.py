@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from fixtures import skeletons
-from mocap.planted import planted
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.bodies.planted import planted
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 def walking():

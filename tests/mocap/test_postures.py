@@ -8,10 +8,10 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from capture.errors import InputError
 from fixtures.skeletons import walk
-from mocap.body import find_body
+from mocap.bodies.body import find_body
 from mocap.posing import postures
 from mocap.posing.postures import Pool, Posture
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 @pytest.fixture(scope="module")

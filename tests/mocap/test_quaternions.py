@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from mocap import quaternions as quat
-from mocap import skeleton
+from mocap.skeletons import quaternions as quat
+from mocap.skeletons import skeleton
 
 
 def test_products_inverses_and_turned_vectors_are_scipys():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mocap.reach import reached
+from mocap.bodies.reach import reached
 from mocap.rubber.constrain import Goal, easing
 
 

@@ -7,7 +7,7 @@ from fixtures import skeletons
 from mocap.report import jerk, report, skate
 from mocap.rubber.rubber import RubberMotion
 from mocap.rubber.subjoints import SubJoints
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 WALK = skeletons.walk(seconds=3.0)
 MOTION = SkeletonMotion(Skeleton(WALK.names, WALK.parents, WALK.offsets), WALK.translation, WALK.rotation, WALK.fps)

@@ -8,7 +8,7 @@ from fixtures import plants
 from fixtures.skeletons import SHANK, THIGH, walk
 from mocap.posing import postures, starting
 from mocap.posing.rest import rested
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 def strolling(axes=None, heading=0.0, fps=30):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from mocap import rotations
+from mocap.skeletons import rotations
 
 
 def random_turns(count, seed=3):

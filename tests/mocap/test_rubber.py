@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture.errors import InputError
-from mocap.bvh import read_bvh, write_bvh
 from mocap.rubber import collide, lengths, rubber, squash
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.bvh import read_bvh, write_bvh
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 def test_omega_1_changes_nothing_but_that_limbs_bend_smoothly():

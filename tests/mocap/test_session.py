@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fixtures import skeletons
-from mocap.bvh import read_bvh, write_bvh
 from mocap.posing import limits, poses, session
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.bvh import read_bvh, write_bvh
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 HAND = {"do": "drag", "joint": "RightHand", "to": [-0.3, 1.5, 0.3]}
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap import skeleton
+from mocap.skeletons import skeleton
 
 
 def test_a_childs_place_is_its_parents_map_of_its_own():

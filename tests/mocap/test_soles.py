@@ -4,7 +4,7 @@ import numpy as np
 
 from fixtures import skeletons
 from mocap.rubber import rubber, soles
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 def walking():

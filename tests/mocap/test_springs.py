@@ -10,7 +10,7 @@ from mocap.posing import limits, sweeps, ties
 from mocap.posing import stars as turning
 from mocap.posing.poses import Pose
 from mocap.posing.springs import drag
-from mocap.skeleton import Skeleton, own_maps, world_maps
+from mocap.skeletons.skeleton import Skeleton, own_maps, world_maps
 
 
 def test_a_drag_to_where_the_joint_is_changes_nothing():

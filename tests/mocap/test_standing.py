@@ -5,10 +5,10 @@ import pytest
 
 from fixtures import plants
 from fixtures.skeletons import walk
-from mocap.body import find_body
+from mocap.bodies.body import find_body
 from mocap.posing import elastic, postures, starting
 from mocap.posing.standing import planted, stood
-from mocap.skeleton import Skeleton
+from mocap.skeletons.skeleton import Skeleton
 
 FPS = 24
 DANCE = (

@@ -6,10 +6,10 @@ import pytest
 from capture.errors import InputError
 from fixtures import plants
 from fixtures.skeletons import walk
-from mocap.body import find_body
+from mocap.bodies.body import find_body
 from mocap.posing import postures, starting
 from mocap.posing.standing import stood
-from mocap.skeleton import Skeleton
+from mocap.skeletons.skeleton import Skeleton
 
 
 def person():

@@ -5,7 +5,7 @@ import pytest
 
 from fixtures import skeletons
 from mocap.analogy import experiments, styles
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 def motion_of(figure):

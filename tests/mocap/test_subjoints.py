@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from mocap.rubber import subjoints
-from mocap.skeleton import Skeleton
+from mocap.skeletons.skeleton import Skeleton
 
 
 def test_sub_joints_of_a_straight_limb_are_evenly_spaced():

@@ -9,8 +9,8 @@ from capture.motion import tracks
 from fixtures import write
 from fixtures.frog import frog
 from fixtures.hat import hat
-from mocap import timing
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.curves import timing
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 def swing(fps=60, seconds=4.0):

@@ -9,13 +9,13 @@ from scipy.spatial.transform import Rotation
 from capture.motion import affine
 from capture.motion.tracks import check, total_affine
 from fixtures import stickman
-from mocap.bones import cast_marks
-from mocap.marks import Marks
+from mocap.onto.bones import cast_marks
+from mocap.onto.marks import Marks
+from mocap.onto.to_tracks import to_tracks
+from mocap.onto.views import Views
 from mocap.rubber.rubber import RubberMotion
 from mocap.rubber.subjoints import SubJoints
-from mocap.skeleton import Skeleton, SkeletonMotion
-from mocap.to_tracks import to_tracks
-from mocap.views import Views
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 STILL = Views(turning=False)
 

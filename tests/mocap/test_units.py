@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from fixtures import skeletons
-from mocap.body import find_body
-from mocap.skeleton import Skeleton, SkeletonMotion
-from mocap.units import upright
+from mocap.bodies.body import find_body
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.units import upright
 
 WALK = skeletons.walk(seconds=1.5, fps=20.0)
 MOTION = SkeletonMotion(Skeleton(WALK.names, WALK.parents, WALK.offsets), WALK.translation, WALK.rotation, WALK.fps)

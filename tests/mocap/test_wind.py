@@ -8,8 +8,8 @@ from fixtures import plants
 from mocap.posing import wind as winds
 from mocap.posing.modes import MOST
 from mocap.posing.wind import Wind, blowing, sway
-from mocap.rotations import turns_between
-from mocap.skeleton import Skeleton
+from mocap.skeletons.rotations import turns_between
+from mocap.skeletons.skeleton import Skeleton
 
 EVEN = Wind(3.0, gusts=0.0, aside=0.0)
 SQUALLS = Wind(12.0, gusts=0.8, seed=5)

@@ -12,9 +12,9 @@ from mocap import sticks
 from mocap.analogy import curves as curving
 from mocap.analogy import experiments, styles
 from mocap.analogy.analogy import Knobs, analogy
-from mocap.bvh import read_bvh
-from mocap.skeleton import SkeletonMotion
-from mocap.units import upright
+from mocap.skeletons.bvh import read_bvh
+from mocap.skeletons.skeleton import SkeletonMotion
+from mocap.skeletons.units import upright
 
 PAIRS = [
     ("bandai1_walk_normal", "bandai1_walk_tired"),

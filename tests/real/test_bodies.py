@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from mocap import skeleton
-from mocap.body import find_body
-from mocap.bvh import read_bvh
-from mocap.skeleton import Skeleton
+from mocap.bodies.body import find_body
+from mocap.skeletons import skeleton
+from mocap.skeletons.bvh import read_bvh
+from mocap.skeletons.skeleton import Skeleton
 from retarget.characters.skin import read_skin
 
 FILES = """ad_cmu1_jumping_jacks ad_fair1_dab ad_fair1_jumping ad_fair1_wave_hello ad_fair1_zombie ad_rokoko_jesse_dance

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from mocap.bvh import read_bvh, write_bvh
+from mocap.skeletons.bvh import read_bvh, write_bvh
 
 NAMES = [
     *(

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from mocap.bvh import read_bvh
-from mocap.contacts import find_contacts
+from mocap.bodies.contacts import find_contacts
 from mocap.report import report
-from mocap.units import upright
+from mocap.skeletons.bvh import read_bvh
+from mocap.skeletons.units import upright
 
 WALKS = ["bandai1_walk_normal", "bandai1_walk_tired", "cmu21_walk", "cmu_12_01_walk", "bvhpython_freebvh"]
 

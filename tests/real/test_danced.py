@@ -6,7 +6,7 @@ import pytest
 from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_picture
 from mocap import sticks
-from mocap.body import find_body
+from mocap.bodies.body import find_body
 from mocap.posing import beats
 from mocap.posing.choreography import unrolled
 from mocap.posing.dance import danced

@@ -13,13 +13,14 @@ import pytest
 
 from capture.pictures import overlay
 from capture.pictures.encode import write_picture
-from mocap import filters, joint_filters, sticks
-from mocap.body import find_body
-from mocap.bvh import read_bvh
-from mocap.contacts import find_contacts
+from mocap import sticks
+from mocap.bodies.body import find_body
+from mocap.bodies.contacts import find_contacts
+from mocap.curves import filters, joint_filters
 from mocap.rubber import rubber
-from mocap.skeleton import SkeletonMotion
-from mocap.units import upright
+from mocap.skeletons.bvh import read_bvh
+from mocap.skeletons.skeleton import SkeletonMotion
+from mocap.skeletons.units import upright
 
 ROWS = (
     "(a) original",

@@ -7,10 +7,10 @@ import pytest
 
 from capture.pictures.encode import write_picture
 from mocap import sticks
-from mocap.body import find_body
-from mocap.bvh import read_bvh
+from mocap.bodies.body import find_body
 from mocap.rubber import hits, rubber
-from mocap.units import STATURE, stature, upright
+from mocap.skeletons.bvh import read_bvh
+from mocap.skeletons.units import STATURE, stature, upright
 
 SHOWN = 8
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from mocap.body import find_body
-from mocap.bvh import read_bvh
+from mocap.bodies.body import find_body
 from mocap.posing import modes, postures, starting
 from mocap.posing.rest import rested
 from mocap.posing.standing import planted
-from mocap.units import upright
+from mocap.skeletons.bvh import read_bvh
+from mocap.skeletons.units import upright
 
 NAMES = [
     *("ad_cmu1_jumping_jacks", "ad_fair1_dab", "ad_fair1_wave_hello", "ad_rokoko_jesse_dance", "bandai1_kick"),

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from mocap.body import find_body
-from mocap.bvh import read_bvh
+from mocap.bodies.body import find_body
 from mocap.posing import limits, poses
 from mocap.posing.springs import drag
-from mocap.units import upright
+from mocap.skeletons.bvh import read_bvh
+from mocap.skeletons.units import upright
 
 
 @pytest.mark.parametrize("name", ["ad_rokoko_jesse_dance", "bandai1_kick", "cmu21_kick", "cmu_12_01_walk"])

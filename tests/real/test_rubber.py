@@ -7,11 +7,11 @@ import pytest
 
 from capture.pictures.encode import write_picture
 from mocap import sticks
-from mocap.bvh import read_bvh
 from mocap.report import report
 from mocap.rubber import rubber, subjoints
-from mocap.skeleton import SkeletonMotion
-from mocap.units import upright
+from mocap.skeletons.bvh import read_bvh
+from mocap.skeletons.skeleton import SkeletonMotion
+from mocap.skeletons.units import upright
 
 TIPS = ("hand", "wrist", "foot", "ankle")
 

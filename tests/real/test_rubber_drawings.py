@@ -10,11 +10,11 @@ from capture.motion import affine
 from capture.motion.tracks import total_affine
 from capture.pictures.encode import write_picture
 from fixtures.write import CHARACTERS
-from mocap.bones import cast_marks
-from mocap.bvh import read_bvh
+from mocap.onto.bones import cast_marks
+from mocap.onto.to_tracks import to_tracks
 from mocap.rubber.rubber import make_rubber, plain
-from mocap.to_tracks import to_tracks
-from mocap.units import upright
+from mocap.skeletons.bvh import read_bvh
+from mocap.skeletons.units import upright
 from retarget.characters import rubber_skin
 from retarget.characters.hoses import hoses
 from retarget.characters.markfiles import read_marked
@@ -104,7 +104,7 @@ def test_a_person_plays_a_drawing(data, sheets, clip, name):
 
 def test_feet_that_stand_slide_little_on_a_drawing(data):
     """The kicker's standing foot on the girl: by how much it moves while the captured one stands, against her height."""
-    from mocap.contacts import find_contacts
+    from mocap.bodies.contacts import find_contacts
 
     motion, character = _rubber(data, "kick"), _character(data, "char2")
     contacts = find_contacts(motion.source)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from mocap.body import find_body
-from mocap.bvh import read_bvh
-from mocap.units import stature, upright
+from mocap.bodies.body import find_body
+from mocap.skeletons.bvh import read_bvh
+from mocap.skeletons.units import stature, upright
 
 CLIPS = {  # a clip, what its makers counted in, and which axis they had up
     "ad_cmu1_jumping_jacks": ("5.64 cm", "y"),

@@ -11,8 +11,8 @@ from capture.motion import keys, tracks
 from capture.motion.tracks import CartoonMotion, Track
 from capture.pictures.decode import read_clip
 from fixtures import skeletons
-from mocap.bvh import read_bvh, write_bvh
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.bvh import read_bvh, write_bvh
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.cli import main
 from retarget.commands import analogies
 

@@ -8,9 +8,9 @@ import pytest
 
 from capture.pictures.decode import read_clip
 from fixtures.write import CHARACTERS
-from mocap.bvh import read_bvh
 from mocap.posing.choreography import read_dance
 from mocap.posing.postures import Pool, Posture, read_pool, write_pool
+from mocap.skeletons.bvh import read_bvh
 from retarget import cli
 from retarget.characters.dancer import read_dancer
 from retarget.characters.meshfiles import read_model

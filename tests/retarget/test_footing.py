@@ -9,7 +9,7 @@ import pytest
 from fixtures import write
 from fixtures.frog import frog
 from fixtures.walker import walker
-from mocap import cartoon_curves
+from mocap.curves import cartoon_curves
 from retarget.stage import footing, staging
 
 

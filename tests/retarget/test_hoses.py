@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from capture.errors import InputError
 from fixtures import stickman
-from mocap.body import rest_places
+from mocap.bodies.body import rest_places
 from mocap.rubber.rubber import make_rubber
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.characters import rubber_skin
 from retarget.characters.hoses import INK, hoses
 from retarget.characters.skin import Pose, skinned

@@ -10,11 +10,11 @@ import pytest
 from capture.errors import InputError
 from capture.motion import triangulate
 from fixtures import stickman
-from mocap.bones import cast_marks
-from mocap.marks import Marks
-from mocap.skeleton import Skeleton, SkeletonMotion
-from mocap.to_tracks import to_tracks
-from mocap.views import Views
+from mocap.onto.bones import cast_marks
+from mocap.onto.marks import Marks
+from mocap.onto.to_tracks import to_tracks
+from mocap.onto.views import Views
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.characters.heat import heat_shares
 from retarget.characters.marked import MarkedDrawing, MarkedPicture, segments
 from retarget.characters.paths import DrawnPath

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fixtures import skeletons
-from mocap.bvh import write_bvh
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.bvh import write_bvh
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.cli import main
 
 WALK = skeletons.walk(seconds=2.0, fps=30.0)

@@ -6,11 +6,11 @@ import pytest
 from capture.motion.tracks import total_affine
 from fixtures import plants
 from fixtures.write import CHARACTERS
-from mocap.bvh import write_bvh
+from mocap.onto.to_tracks import to_tracks
 from mocap.posing import postures, starting
 from mocap.posing.wind import Wind, sway
-from mocap.skeleton import Skeleton
-from mocap.to_tracks import to_tracks
+from mocap.skeletons.bvh import write_bvh
+from mocap.skeletons.skeleton import Skeleton
 from retarget.characters.markfiles import read_marked
 from retarget.cli import main
 

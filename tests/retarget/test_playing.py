@@ -7,8 +7,8 @@ from capture.motion import tracks
 from capture.pictures.decode import read_clip
 from fixtures import stickman
 from fixtures.write import CHARACTERS
-from mocap.bvh import write_bvh
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.bvh import write_bvh
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.cli import main
 
 

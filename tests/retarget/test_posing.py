@@ -5,9 +5,9 @@ import pytest
 from PIL import Image
 
 from fixtures import skeletons
-from mocap.bvh import read_bvh, write_bvh
-from mocap.skeleton import Skeleton, SkeletonMotion
-from mocap.units import upright
+from mocap.skeletons.bvh import read_bvh, write_bvh
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.units import upright
 from retarget.cli import main
 
 KICK = skeletons.kick(seconds=2.0, fps=30.0)

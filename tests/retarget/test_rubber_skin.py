@@ -12,7 +12,7 @@ from capture.motion import affine
 from fixtures import hose
 from mocap.rubber.rubber import RubberMotion, plain
 from mocap.rubber.subjoints import SubJoints
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.characters import rubber_skin
 from retarget.characters.skin import Animation, Pose, Skin, skinned
 

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from capture.motion import affine
 from capture.motion.keys import KeySet
 from capture.motion.tracks import CartoonMotion, Track, relative_to_parents
-from mocap import views as viewing
-from mocap.bones import Bone, Casting, Performer, cast_marks, performer, sub_links
-from mocap.hung import Lie, hung, swung
-from mocap.marks import Marks
+from mocap.onto import views as viewing
+from mocap.onto.bones import Bone, Casting, Performer, cast_marks, performer, sub_links
+from mocap.onto.hung import Lie, hung, swung
+from mocap.onto.marks import Marks
+from mocap.onto.travel import travelled
 from mocap.rubber.rubber import RubberMotion
-from mocap.skeleton import SkeletonMotion
-from mocap.travel import travelled
+from mocap.skeletons.skeleton import SkeletonMotion
 
 LEAST = 0.25
 """What foreshortening leaves of a bone that points at the viewer: a drawing has no end of it to show."""

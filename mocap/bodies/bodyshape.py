@@ -8,8 +8,8 @@ from collections import defaultdict
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.bodynames import shared_path
-from mocap.skeleton import Skeleton
+from mocap.bodies.bodynames import shared_path
+from mocap.skeletons.skeleton import Skeleton
 
 FINGERS, HELPERS = 0.1, 0.025
 """Where all branches are no longer than this, as a share of the farthest way through the skeleton, they are fingers or

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.body import Body, find_body, rest_places
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.bodies.body import Body, find_body, rest_places
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 METRES = {
     "metres": 1.0,

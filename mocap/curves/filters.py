@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capture.errors import InputError
-from mocap.ends import extended
+from mocap.curves.ends import extended
 
 REACH = 5
 """A Gaussian ends after so many standard deviations."""

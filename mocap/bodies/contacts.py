@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.body import find_body
-from mocap.skeleton import SkeletonMotion
-from mocap.units import STATURE, stature
+from mocap.bodies.body import find_body
+from mocap.skeletons.skeleton import SkeletonMotion
+from mocap.skeletons.units import STATURE, stature
 
 LOW, SLOW = 0.035, 0.5
 """Metres over the floor and metres a second: a foot that stands stays below both."""

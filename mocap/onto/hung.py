@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.motion import affine
-from mocap.bones import Bone
-from mocap.marks import Marks
+from mocap.onto.bones import Bone
+from mocap.onto.marks import Marks
 
 END, STUB = "end", 0.6
 """What lies beyond a limb's last joint is a part of its own, so many sub-links long: "left_hand end" is the hand."""

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap import marks as marking
-from mocap import views as viewing
-from mocap.marks import Marks
+from mocap.onto import marks as marking
+from mocap.onto import views as viewing
+from mocap.onto.marks import Marks
+from mocap.onto.views import Views
 from mocap.rubber.rubber import RubberMotion
-from mocap.skeleton import Skeleton, SkeletonMotion
-from mocap.views import Views
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 PIECES = {"trunk": 3, "arms": 4, "legs": 4}
 """Into how many sub-links a bone of a part is cut, so that it can bend like a hose."""

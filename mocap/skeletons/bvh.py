@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.files import written_beside
-from mocap import bvhtext, euler
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons import bvhtext, euler
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 GUESSED_FPS = 30.0
 """Where the file does not say how long a frame lasts."""

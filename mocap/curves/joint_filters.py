@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap import filters
-from mocap.ends import travel_of
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.curves import filters
+from mocap.curves.ends import travel_of
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 def cartoon_angles(
@@ -58,7 +58,7 @@ def exaggerated_angles(
 
 def developed(rotations: NDArray) -> NDArray:
     """Rotations (T, J, 4) as curves (T, J, 3) of small turns, radians in the joint's own axes, from 0 on."""
-    from mocap.rotations import turns_between
+    from mocap.skeletons.rotations import turns_between
 
     curves = np.zeros((*rotations.shape[:-1], 3))
     if len(rotations) > 1:
@@ -84,7 +84,7 @@ def depth(skeleton: Skeleton) -> NDArray:
 
 def _rounds(motion: SkeletonMotion, turns: NDArray) -> tuple[NDArray, NDArray]:
     """How far joints turn (J, 3) and go (J, 3) in a round of a loop, against their parents: only roots get on."""
-    from mocap.rotations import turns_between
+    from mocap.skeletons.rotations import turns_between
 
     around = turns[-1] - turns[0] + turns_between(motion.rotation[-1], motion.rotation[0])
     return around, np.stack([travel_of(path) for path in np.swapaxes(motion.translation, 0, 1)])

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap import bodynames, bodyshape
-from mocap.skeleton import Skeleton
+from mocap.bodies import bodynames, bodyshape
+from mocap.skeletons.skeleton import Skeleton
 
 
 @dataclass(frozen=True, eq=False)

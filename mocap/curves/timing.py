@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.motion.tracks import CartoonMotion
-from mocap import filters
+from mocap.curves import filters
 from mocap.rubber.rubber import RubberMotion
-from mocap.skeleton import SkeletonMotion
+from mocap.skeletons.skeleton import SkeletonMotion
 
 PACES = 0.2, 3.0
 """How slow and how quick, times as before, a motion may get: an ease is no freeze, and no jump."""
@@ -76,8 +76,8 @@ def played(curves: NDArray, moments: NDArray) -> NDArray:
 
 def played_joints(motion: SkeletonMotion, moments: NDArray) -> SkeletonMotion:
     """A skeleton's motion as it is at moments (M,); joints turn the short way between frames."""
-    from mocap.joint_filters import turned
-    from mocap.rotations import turns_between
+    from mocap.curves.joint_filters import turned
+    from mocap.skeletons.rotations import turns_between
 
     first = np.clip(np.floor(moments).astype(int), 0, len(motion) - 1)
     share = np.clip(moments - first, 0, 1)[:, None, None]

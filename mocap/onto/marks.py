@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.body import find_body
-from mocap.bodynames import kind_of, limbs
-from mocap.skeleton import Skeleton
+from mocap.bodies.body import find_body
+from mocap.bodies.bodynames import kind_of, limbs
+from mocap.skeletons.skeleton import Skeleton
 
 ARM = ("shoulder", "elbow", "wrist")
 LEG = ("hip", "knee", "ankle", "toe")

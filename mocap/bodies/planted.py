@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.reach import reached
+from mocap.bodies.reach import reached
 from mocap.rubber.constrain import Goal, easing, envelope
-from mocap.skeleton import SkeletonMotion
+from mocap.skeletons.skeleton import SkeletonMotion
 
 SETTLE = 0.2
 """Seconds in which a foot comes down to where it was captured."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from capture.motion import affine
 from mocap.rubber.constrain import Goal
-from mocap.skeleton import SkeletonMotion, own_maps
+from mocap.skeletons.skeleton import SkeletonMotion, own_maps
 
 LINKS = 3
 """So many joints above the first goal turn: hip, knee and ankle for a toe; they never include the hips."""
@@ -93,7 +93,7 @@ def _solved(
 
 def _ease(rotation: NDArray) -> NDArray:
     """How easily joints (T, n, 4) turn about their own axes (n, 3): as they do in the motion, 1 for the most used."""
-    from mocap import rotations
+    from mocap.skeletons import rotations
 
     turns = rotations.turns_between(rotation[:1], rotation)
     used = turns.std(axis=0)
@@ -102,7 +102,7 @@ def _ease(rotation: NDArray) -> NDArray:
 
 def _bend(rotation: NDArray) -> NDArray:
     """A small turn (n, 3) of each joint (T, n, 4) the way it is bent most: a knee backwards, an elbow forwards."""
-    from mocap import rotations
+    from mocap.skeletons import rotations
 
     turns = rotations.turns_between(np.array([0, 0, 0, 1.0]), rotation)
     most = turns[np.linalg.norm(turns, axis=-1).argmax(axis=0), np.arange(rotation.shape[1])]

@@ -7,9 +7,9 @@ that foot to stay; in the air it goes on as the performer does.
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap import views
-from mocap.bones import Casting, Performer
-from mocap.marks import SIDES
+from mocap.onto import views
+from mocap.onto.bones import Casting, Performer
+from mocap.onto.marks import SIDES
 
 FLOOR = 2.0
 """Percent of the frames whose lowest joint may lie below the floor: a capture is noisy."""
@@ -63,7 +63,7 @@ def _stands(acting: Performer, ankles: list[int]) -> NDArray:
     """How much of the figure's weight is on each foot (T, F): 1 at most in all, 0 in the air."""
     from scipy.ndimage import gaussian_filter1d
 
-    from mocap.contacts import find_contacts
+    from mocap.bodies.contacts import find_contacts
 
     below = [_foot(acting, ankle) for ankle in ankles]
     contacts = find_contacts(acting.captured, below)

@@ -2,7 +2,7 @@
 
 import re
 
-from mocap.skeleton import Skeleton
+from mocap.skeletons.skeleton import Skeleton
 
 SIDES = {"left": "left", "l": "left", "lft": "left", "right": "right", "r": "right", "rgt": "right"}
 

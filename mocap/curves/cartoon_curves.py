@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from capture.motion import keys
 from capture.motion.tracks import CartoonMotion, Track
-from mocap import filters, joint_filters
+from mocap.curves import filters, joint_filters
 
 PAUSE = 4
 """A drawing shown for so many frames, and for twice as many as usual, is a pause."""
