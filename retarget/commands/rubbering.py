@@ -109,7 +109,7 @@ def exaggerate(
     shown = moments(made.positions[:, made.subjoints.ends], motion.fps, ease, drawings, [frame for _, frame in blows])
     write_figure(out, rubber.plain(made.source), timing.played_rubber(made, shown))
     joints, low, high = made.subjoints, *np.quantile(made.stretch, [0.01, 0.99])
-    told = f", {len(blows)} hits" if blows else ""
+    told = f", {len(blows)} hit" + "s" * (len(blows) > 1) if blows else ""
     return (
         f"{out}: {len(made)} frames, {len(joints)} sub-joints of {len(joints.skeleton)} joints, sub-links {low:.2f} to "
         f"{high:.2f} times as long, jerk {card.jerk:.2f} times as captured{skating(card)}{told}"

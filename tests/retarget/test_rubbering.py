@@ -73,7 +73,7 @@ def test_a_kick_still_hits_where_it_is_asked_to(kick, tmp_path, capsys):
         made = read_bvh(out)
         places.append(made.positions()[42, made.skeleton.names.index(foot)])
     said = capsys.readouterr()
-    assert said.out.count("1 hits") == 2 and "RightFoot hits in frame 42" in said.err
+    assert said.out.count(", 1 hit\n") == 2 and "RightFoot hits in frame 42" in said.err
     plain = read_bvh(kick)
     there = plain.positions()[42, plain.skeleton.names.index(foot)]
     free, found, asked = np.linalg.norm(np.array(places) - there, axis=1)
