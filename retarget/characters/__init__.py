@@ -1,6 +1,5 @@
-"""Who plays the motion: read `target`, the one protocol, first; `castfile` and `cast`, who plays what, last.
+"""Who plays the motion: read `target`, the one protocol, and `places`, where a character stands, first.
 
-Drawings: `drawing`, `bend`. Photographs: `photo`, `picture`; `backdrop` is what may be behind them. 3-D models:
-`gltffile`, `meshfiles` and `objfiles` (files), `lift` (from the plane to space), `mesh`, `carried` (keys for a
-model that has none). Jointed figures: `skin`, `bones`, `puppet`.
+Then a room for each kind: `drawings`, `photos`, `models`, `figures` with joints, and `bodies` that play several parts
+at once.  `proposed` makes keys for who has none; `casts`, who plays what, comes last.
 """

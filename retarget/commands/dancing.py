@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from mocap.posing.choreography import Dance
     from mocap.posing.postures import Pool
     from mocap.skeletons.skeleton import SkeletonMotion
-    from retarget.characters.dancer import Dancer
+    from retarget.characters.figures.dancer import Dancer
 
 
 def dance(
@@ -90,7 +90,7 @@ def dance(
     from mocap.posing.dance import danced
     from mocap.posing.elastic import felt, styled
     from mocap.posing.postures import write_pool
-    from retarget.characters.dancer import read_dancer
+    from retarget.characters.figures.dancer import read_dancer
 
     if not 16 <= size <= 8192:
         raise InputError(f"a picture must be 16 to 8192 pixels high, got {size}: 480 is usual")
@@ -155,7 +155,7 @@ def _write(
     from capture.errors import InputError
     from mocap.rubber import rubber
     from mocap.skeletons.bvh import write_bvh
-    from retarget.characters.rubber_skin import rubber_skin
+    from retarget.characters.figures.rubber_skin import rubber_skin
     from retarget.export import formats
     from retarget.export.rubber import write_rubber
 
@@ -184,7 +184,7 @@ def _pictures(motion: "SkeletonMotion", dancer: "Dancer", size: int) -> "Iterato
 
     from mocap import sticks
     from mocap.rubber import rubber
-    from retarget.characters.rubber_skin import posed, rubber_skin
+    from retarget.characters.figures.rubber_skin import posed, rubber_skin
     from retarget.stage import draw2d
     from retarget.stage.play import play_mesh
 
@@ -206,7 +206,7 @@ def _drawn(
     from mocap.onto.bones import cast_marks
     from mocap.onto.to_tracks import to_tracks
     from mocap.rubber import rubber
-    from retarget.characters.markfiles import read_marked
+    from retarget.characters.bodies.markfiles import read_marked
     from retarget.export import formats
     from retarget.stage import draw2d
     from retarget.stage.play import play

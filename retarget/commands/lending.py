@@ -76,10 +76,10 @@ def retarget(
     from capture.pictures.encode import write_clip
     from capture.pictures.shot import read_shot
     from capture.progress import progress, working
-    from retarget.characters import cast as casting
-    from retarget.characters import castfile
-    from retarget.characters.backdrop import read_background
-    from retarget.characters.meshfiles import MODELS
+    from retarget.characters.casts import cast as casting
+    from retarget.characters.casts import castfile
+    from retarget.characters.casts.backdrop import read_background
+    from retarget.characters.models.meshfiles import MODELS
     from retarget.characters.target import parts_of
     from retarget.export import formats
     from retarget.stage import composite, draw2d, plate

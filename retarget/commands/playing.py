@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from mocap.onto.views import Views
     from mocap.rubber.rubber import RubberMotion
     from mocap.skeletons.skeleton import SkeletonMotion
-    from retarget.characters.meshfiles import Model
-    from retarget.characters.skin import Skin
+    from retarget.characters.figures.skin import Skin
+    from retarget.characters.models.meshfiles import Model
 
 View = Literal["front", "side"]
 
@@ -111,8 +111,8 @@ def _drawn(
     from mocap.onto.to_tracks import to_tracks
     from mocap.skeletons.bvh import read_bvh
     from mocap.skeletons.units import upright
-    from retarget.characters.backdrop import read_background
-    from retarget.characters.markfiles import read_marked
+    from retarget.characters.bodies.markfiles import read_marked
+    from retarget.characters.casts.backdrop import read_background
     from retarget.export import formats
     from retarget.stage import draw2d
     from retarget.stage import play as stage
@@ -146,8 +146,8 @@ def _solid(
     from capture.errors import InputError
     from capture.pictures.encode import write_clip
     from capture.progress import progress
-    from retarget.characters.backdrop import read_background
-    from retarget.characters.rubber_skin import posed, rubber_skin
+    from retarget.characters.casts.backdrop import read_background
+    from retarget.characters.figures.rubber_skin import posed, rubber_skin
     from retarget.export import formats
     from retarget.export.rubber import write_rubber
     from retarget.stage import draw2d
@@ -174,7 +174,7 @@ def _solid(
 def _hoses(clip: Path, _: str, cut: tuple) -> "tuple[RubberMotion, Model, Skin, str]":
     from mocap.skeletons.bvh import read_bvh
     from mocap.skeletons.units import upright
-    from retarget.characters.hoses import hoses
+    from retarget.characters.figures.hoses import hoses
 
     motion = upright(read_bvh(clip))
     tell(f"{clip}: {note}" for note in motion.notes)
@@ -185,9 +185,9 @@ def _hoses(clip: Path, _: str, cut: tuple) -> "tuple[RubberMotion, Model, Skin, 
 
 def _model(clip: Path, animation: str, cut: tuple) -> "tuple[RubberMotion, Model, Skin, str]":
     from capture.errors import InputError
-    from retarget.characters.meshfiles import read_model
-    from retarget.characters.rubber_skin import motion_of
-    from retarget.characters.skin import read_skin
+    from retarget.characters.figures.rubber_skin import motion_of
+    from retarget.characters.figures.skin import read_skin
+    from retarget.characters.models.meshfiles import read_model
 
     skin, model = read_skin(clip), read_model(clip)
     if skin is None or not skin.animations:

@@ -7,7 +7,7 @@ from retarget.console import Out, folder_at, stem, tell
 
 if TYPE_CHECKING:
     from capture.motion.tracks import CartoonMotion
-    from retarget.characters.proposals import Asked
+    from retarget.characters.proposed.proposals import Asked
 
 
 def propose(
@@ -50,7 +50,7 @@ def propose(
     from capture.motion import tracks
     from capture.pictures.encode import write_picture
     from capture.progress import working
-    from retarget.characters import proposals
+    from retarget.characters.proposed import proposals
     from retarget.stage.keysheet import key_sheet
 
     captured = tracks.load(motion)

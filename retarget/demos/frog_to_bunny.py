@@ -10,7 +10,7 @@ from capture.pictures import overlay
 from capture.pictures.encode import over, write_clip, write_picture
 from capture.progress import progress
 from fixtures import frog, write
-from retarget.characters import cast as casting
+from retarget.characters.casts import cast as casting
 from retarget.demos.shown import ON_SHEET, Shown, captured, leave, played, point_errors, spread
 from retarget.export.tables import write_csv
 from retarget.stage import draw2d

@@ -19,9 +19,9 @@ from capture.pictures.shot import Shot, read_shot, write_shot
 from capture.progress import progress, working
 from fixtures import variants, write
 from fixtures.toon import Toon
-from retarget.characters import cast as casting
-from retarget.characters import castfile
-from retarget.characters.castfile import Cast
+from retarget.characters.casts import cast as casting
+from retarget.characters.casts import castfile
+from retarget.characters.casts.castfile import Cast
 from retarget.stage import draw2d, staging
 from retarget.stage.perform import Performance, perform
 

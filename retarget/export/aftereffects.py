@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from capture.files import written_beside
-from retarget.characters.paths import DrawnPath, Gradient, Paint
+from retarget.characters.drawings.paths import DrawnPath, Gradient, Paint
 from retarget.export import lottie
 from retarget.export.elements import Element, Layer, Page, kept, page_of, refused
 from retarget.stage.perform import Performance

@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.fit.action import centre_lines
 from capture.motion import affine
-from retarget.characters import lift
-from retarget.characters.bend import Bent
-from retarget.characters.body import Body as Several
-from retarget.characters.drawing import Drawing
-from retarget.characters.mesh import Mesh
-from retarget.characters.picture import Picture
-from retarget.characters.puppet import Puppet
-from retarget.characters.skin import skinned
+from retarget.characters.bodies.body import Body as Several
+from retarget.characters.drawings.bend import Bent
+from retarget.characters.drawings.drawing import Drawing
+from retarget.characters.figures.puppet import Puppet
+from retarget.characters.figures.skin import skinned
+from retarget.characters.models import lift
+from retarget.characters.models.mesh import Mesh
+from retarget.characters.photos.picture import Picture
 from retarget.export import baked, jointed, sheets, solids
 from retarget.export.jointed import Skin
 from retarget.export.nodes import lifted

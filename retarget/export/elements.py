@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from retarget.characters.mesh import DrawnMesh
+from retarget.characters.models.mesh import DrawnMesh
 from retarget.export.gltf import plays_in_steps
 from retarget.stage.perform import Performance, Role
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.motion import affine
-from retarget.characters.paths import Gradient
+from retarget.characters.drawings.paths import Gradient
 
 MOST_REPEATS = 16
 """A gradient that repeats is written out over this many lengths each way at most."""

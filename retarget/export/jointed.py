@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from retarget.characters.puppet import Puppet
-from retarget.characters.skin import Pose
+from retarget.characters.figures.puppet import Puppet
+from retarget.characters.figures.skin import Pose
 
 MOST = 4
 """A vertex follows at most this many joints, as all programs can show."""

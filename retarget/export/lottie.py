@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.files import written_beside
-from retarget.characters.paths import DrawnPath, Gradient
+from retarget.characters.drawings.paths import DrawnPath, Gradient
 from retarget.export.elements import GRAIN, Element, Layer, Page, grains, kept, page_of, refused
 from retarget.export.gradients import finer, line_of, padded, round_of
 from retarget.export.stills import still_of

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.motion import affine
-from retarget.characters import paths
-from retarget.characters.bend import Bent
-from retarget.characters.drawing import Drawing
-from retarget.characters.embed import carried_mesh, embedding, silhouette_mesh, silhouette_of
-from retarget.characters.paths import DrawnPath
-from retarget.characters.picture import Layer, Picture
+from retarget.characters.drawings import paths
+from retarget.characters.drawings.bend import Bent
+from retarget.characters.drawings.drawing import Drawing
+from retarget.characters.drawings.embed import carried_mesh, embedding, silhouette_mesh, silhouette_of
+from retarget.characters.drawings.paths import DrawnPath
+from retarget.characters.photos.picture import Layer, Picture
 
 TEXELS = 2.0
 """Texture pixels for a pixel of the stage: a character may fill twice the frame before it looks soft."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.motion import affine
-from retarget.characters.mesh import Mesh, Surface
+from retarget.characters.models.mesh import Mesh, Surface
 from retarget.export.sheets import Look
 
 ALIKE = 1e-3

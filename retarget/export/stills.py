@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.motion import affine
-from retarget.characters.picture import DrawnPicture
+from retarget.characters.photos.picture import DrawnPicture
 from retarget.export.elements import Element
 from retarget.stage.draw2d import draw_things
 

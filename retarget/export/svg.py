@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.files import folder_written_beside, written_beside
-from retarget.characters.paths import DrawnPath, Gradient, Paint
+from retarget.characters.drawings.paths import DrawnPath, Gradient, Paint
 from retarget.export.elements import GRAIN, Element, Layer, Page, grains, kept, one_frame, page_of, refused
 from retarget.export.gradients import line_of, round_of
 from retarget.export.stills import Still, still_of

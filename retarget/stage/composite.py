@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from retarget.characters import backdrop
+from retarget.characters.casts import backdrop
 from retarget.stage.draw2d import draw, page_size
 from retarget.stage.perform import Performance
 

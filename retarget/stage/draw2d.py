@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.motion import affine
-from retarget.characters import backdrop
-from retarget.characters.mesh import DrawnMesh
-from retarget.characters.paths import DrawnPath, Gradient, Paint, windings, wound
-from retarget.characters.picture import DrawnPicture
+from retarget.characters.casts import backdrop
+from retarget.characters.drawings.paths import DrawnPath, Gradient, Paint, windings, wound
+from retarget.characters.models.mesh import DrawnMesh
+from retarget.characters.photos.picture import DrawnPicture
 from retarget.stage import zbuffer
 from retarget.stage.lay import lay
 from retarget.stage.perform import Performance

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from retarget.characters.body import Body
+from retarget.characters.bodies.body import Body
 from retarget.stage.perform import Performance
 
 MUCH = 0.06

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from capture.motion import affine
 from capture.motion.keys import KeySet
-from retarget.characters import paths
-from retarget.characters.paths import DrawnPath
-from retarget.characters.propose import Proposal
+from retarget.characters.drawings import paths
+from retarget.characters.drawings.paths import DrawnPath
+from retarget.characters.proposed.propose import Proposal
 from retarget.stage.draw2d import draw_things
 
 GREY, MARK, TEXT = (196, 204, 214), (214, 40, 40), (40, 40, 40)

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, Track, total_affine
-from retarget.characters import lift
-from retarget.characters.body import Body
+from retarget.characters.bodies.body import Body
+from retarget.characters.figures.puppet import Puppet
+from retarget.characters.models import lift
 from retarget.characters.places import box_of, foot_of, onto
-from retarget.characters.puppet import Puppet
 from retarget.characters.target import REST, Target, parts_of
 from retarget.stage import together
 from retarget.stage.together import Limbs

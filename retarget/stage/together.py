@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, Track, total_affine
-from retarget.characters import lift
-from retarget.characters.body import Body
+from retarget.characters.bodies.body import Body
+from retarget.characters.models import lift
 from retarget.characters.places import box_of, foot_of, from_frame, onto
 from retarget.characters.target import REST
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from retarget.characters.picture import DrawnPicture
+from retarget.characters.photos.picture import DrawnPicture
 
 REACH = 1.5
 """Pixels that the border's triangles reach outwards: the outline's soft edge has its pixels' middles there."""

@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from retarget.characters.mesh import DrawnMesh, Surface
+from retarget.characters.models.mesh import DrawnMesh, Surface
 
 PLACES = np.array([[-1, -3], [3, -1], [-3, 1], [1, 3]]) / 8
 """Where a pixel asks, from its middle: no two in one row or column, so that steep and flat edges get four steps."""

@@ -10,7 +10,7 @@ from capture.errors import InputError
 from capture.motion import tracks
 from capture.motion.tracks import CartoonMotion
 from capture.pictures.shot import KeyDrawing, Part, Shot, read_shot, write_shot
-from retarget.characters.castfile import Cast, read_cast, write_cast
+from retarget.characters.casts.castfile import Cast, read_cast, write_cast
 
 SHOT, MOTION, CAST = ".shot.toml", ".motion.json", ".cast.toml"
 CLIPS = (".mp4", ".mkv", ".mov", ".webm", ".avi", ".gif", ".apng", ".png", ".webp")

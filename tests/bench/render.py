@@ -8,10 +8,10 @@ from capture.fit.contour import capture_outlines
 from capture.motion import triangulate
 from fixtures import frog
 from fixtures.write import CHARACTERS
-from retarget.characters.drawing import read_drawing
-from retarget.characters.mesh import mesh
-from retarget.characters.meshfiles import Material, Model
-from retarget.characters.picture import DrawnPicture, Layer, halved
+from retarget.characters.drawings.drawing import read_drawing
+from retarget.characters.models.mesh import mesh
+from retarget.characters.models.meshfiles import Material, Model
+from retarget.characters.photos.picture import DrawnPicture, Layer, halved
 from retarget.stage import draw2d
 from retarget.stage.perform import perform
 

@@ -6,8 +6,8 @@ from PIL import Image
 
 from capture.motion import affine, keys, triangulate
 from capture.motion.tracks import CartoonMotion, track_of
-from retarget.characters.cast import targets
-from retarget.characters.castfile import Cast, CastBody
+from retarget.characters.casts.cast import targets
+from retarget.characters.casts.castfile import Cast, CastBody
 from retarget.export.bodies import stage_to_space
 from retarget.export.gltf import write_glb
 from retarget.stage.draw2d import draw

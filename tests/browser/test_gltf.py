@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 from capture.fit.action import capture_line
 from capture.motion import affine, keys
 from capture.motion.tracks import CartoonMotion, track_of
-from retarget.characters.bend import read_bent
-from retarget.characters.drawing import read_drawing
-from retarget.characters.picture import read_picture
+from retarget.characters.drawings.bend import read_bent
+from retarget.characters.drawings.drawing import read_drawing
+from retarget.characters.photos.picture import read_picture
 from retarget.export.bodies import Body, Skin, stage_to_space
 from retarget.export.gltf import write_bodies, write_glb
 from retarget.export.nodes import lifted

@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from capture.motion import affine, keys
 from capture.motion.tracks import CartoonMotion, track_of
-from retarget.characters.meshfiles import read_model
-from retarget.characters.puppet import KeyPose, read_puppet
-from retarget.characters.skin import read_skin, sampled, skinned
+from retarget.characters.figures.puppet import KeyPose, read_puppet
+from retarget.characters.figures.skin import read_skin, sampled, skinned
+from retarget.characters.models.meshfiles import read_model
 from retarget.export.bodies import Body, Skin, stage_to_space
 from retarget.export.gltf import write_bodies, write_glb
 from retarget.stage.perform import perform

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 from fixtures import hose
 from mocap.rubber.rubber import make_rubber
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
-from retarget.characters import rubber_skin
-from retarget.characters.meshfiles import Material, Model, read_model
-from retarget.characters.skin import Pose, Skin, read_skin
+from retarget.characters.figures import rubber_skin
+from retarget.characters.figures.skin import Pose, Skin, read_skin
+from retarget.characters.models.meshfiles import Material, Model, read_model
 from retarget.export.rubber import write_rubber
 
 FRAMES = 24

@@ -10,10 +10,10 @@ from svgelements import CubicBezier, Path
 from capture.fit.action import capture_line
 from capture.motion import affine, keys
 from capture.motion.tracks import CartoonMotion, track_of
-from retarget.characters import paths
-from retarget.characters.bend import read_bent
-from retarget.characters.drawing import read_drawing
-from retarget.characters.picture import read_picture
+from retarget.characters.drawings import paths
+from retarget.characters.drawings.bend import read_bent
+from retarget.characters.drawings.drawing import read_drawing
+from retarget.characters.photos.picture import read_picture
 from retarget.characters.target import REST
 from retarget.export.lottie import write_lottie
 from retarget.export.svg import write_svg

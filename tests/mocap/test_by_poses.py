@@ -11,7 +11,7 @@ from mocap.onto.marks import Marks
 from mocap.onto.to_tracks import to_tracks
 from mocap.onto.views import Views
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
-from retarget.characters.drawing import outline_drawing
+from retarget.characters.drawings.drawing import outline_drawing
 from retarget.stage.perform import perform
 
 ARM = ("left_elbow", "left_hand")

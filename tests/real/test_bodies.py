@@ -8,7 +8,7 @@ from mocap.bodies.body import find_body
 from mocap.skeletons import skeleton
 from mocap.skeletons.bvh import read_bvh
 from mocap.skeletons.skeleton import Skeleton
-from retarget.characters.skin import read_skin
+from retarget.characters.figures.skin import read_skin
 
 FILES = """ad_cmu1_jumping_jacks ad_fair1_dab ad_fair1_jumping ad_fair1_wave_hello ad_fair1_zombie ad_rokoko_jesse_dance
 bandai1_kick bandai1_run_normal bandai1_walk_normal bandai1_walk_tired bvhpython_freebvh bvhpython_mocapbank cmu21_box-2

@@ -14,7 +14,7 @@ from mocap.posing.invent import invented
 from mocap.posing.postures import posed
 from mocap.posing.starting import kind_of, starting_pool
 from retarget import cli
-from retarget.characters.dancer import read_dancer
+from retarget.characters.figures.dancer import read_dancer
 
 MUSIC = beats.steady(112, 16 * 60 / 112)
 

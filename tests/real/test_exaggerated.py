@@ -17,7 +17,7 @@ from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_picture
 from capture.pictures.shot import KeyDrawing, Part, Shot
 from mocap.curves import cartoon_curves
-from retarget.characters import cast as casting
+from retarget.characters.casts import cast as casting
 from retarget.stage import draw2d, footing, staging
 from retarget.stage.perform import perform
 

@@ -11,8 +11,8 @@ from capture.fit import video
 from capture.pictures import overlay
 from capture.pictures.encode import write_clip, write_picture
 from capture.pictures.shot import KeyDrawing, Part, Shot
-from retarget.characters import cast as casting
-from retarget.characters import castfile
+from retarget.characters.casts import cast as casting
+from retarget.characters.casts import castfile
 from retarget.stage import composite, plate
 from retarget.stage.perform import perform
 

@@ -6,10 +6,10 @@ import pytest
 from capture.fit.contour import capture_outlines
 from capture.fit.suggest import suggest
 from capture.pictures.encode import write_picture
-from retarget.characters import lift
-from retarget.characters.carried import carried_shapes
-from retarget.characters.mesh import mesh, read_mesh
-from retarget.characters.meshfiles import read_model
+from retarget.characters.models import lift
+from retarget.characters.models.mesh import mesh, read_mesh
+from retarget.characters.models.meshfiles import read_model
+from retarget.characters.proposed.carried import carried_shapes
 from retarget.stage import draw2d
 from retarget.stage.perform import perform
 

@@ -14,10 +14,10 @@ from capture.pictures import overlay
 from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_clip, write_picture
 from fixtures import frog
-from retarget.characters import drawing, paths
-from retarget.characters.paths import DrawnPath
-from retarget.characters.propose import Proposal, propose
-from retarget.characters.svg import read_svg
+from retarget.characters.drawings import drawing, paths
+from retarget.characters.drawings.paths import DrawnPath
+from retarget.characters.drawings.svg import read_svg
+from retarget.characters.proposed.propose import Proposal, propose
 from retarget.stage import draw2d
 from retarget.stage.keysheet import key_sheet
 from retarget.stage.perform import perform

@@ -19,10 +19,10 @@ from capture.pictures import overlay
 from capture.pictures.clip import Clip
 from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_clip, write_picture
-from retarget.characters import drawing, embed
-from retarget.characters.drawing import Drawing
-from retarget.characters.puppet import KeyPose, read_puppet
-from retarget.characters.svg import read_svg
+from retarget.characters.drawings import drawing, embed
+from retarget.characters.drawings.drawing import Drawing
+from retarget.characters.drawings.svg import read_svg
+from retarget.characters.figures.puppet import KeyPose, read_puppet
 from retarget.stage import draw2d, staging
 from retarget.stage.perform import perform
 

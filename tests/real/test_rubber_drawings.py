@@ -15,11 +15,11 @@ from mocap.onto.to_tracks import to_tracks
 from mocap.rubber.rubber import make_rubber, plain
 from mocap.skeletons.bvh import read_bvh
 from mocap.skeletons.units import upright
-from retarget.characters import rubber_skin
-from retarget.characters.hoses import hoses
-from retarget.characters.markfiles import read_marked
-from retarget.characters.meshfiles import read_model
-from retarget.characters.skin import read_skin, sampled, skinned
+from retarget.characters.bodies.markfiles import read_marked
+from retarget.characters.figures import rubber_skin
+from retarget.characters.figures.hoses import hoses
+from retarget.characters.figures.skin import read_skin, sampled, skinned
+from retarget.characters.models.meshfiles import read_model
 from retarget.export.rubber import write_rubber
 from retarget.stage import draw2d
 from retarget.stage.play import play, play_mesh

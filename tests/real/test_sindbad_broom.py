@@ -12,8 +12,8 @@ from capture.fit.curves import medial
 from capture.motion.tracks import CartoonMotion
 from capture.pictures import overlay
 from capture.pictures.encode import write_clip, write_picture
-from retarget.characters import bend
-from retarget.characters.svg import read_svg
+from retarget.characters.drawings import bend
+from retarget.characters.drawings.svg import read_svg
 from retarget.stage import draw2d
 from retarget.stage.perform import Performance, perform
 

@@ -12,7 +12,7 @@ from capture.pictures import overlay
 from capture.pictures.clip import Clip
 from capture.pictures.encode import write_clip, write_picture
 from capture.pictures.shot import KeyDrawing, Part, Shot
-from retarget.characters import cast as casting
+from retarget.characters.casts import cast as casting
 from retarget.stage import draw2d
 from retarget.stage.perform import perform
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from retarget.characters import paths
-from retarget.characters.drawing import read_drawing
+from retarget.characters.drawings import paths
+from retarget.characters.drawings.drawing import read_drawing
 from retarget.export.aftereffects import write_jsx
 from retarget.stage.perform import perform
 

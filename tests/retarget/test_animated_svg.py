@@ -10,10 +10,10 @@ from svgelements import CubicBezier, Path
 
 from capture.errors import InputError
 from capture.pictures.encode import over
-from retarget.characters import paths
-from retarget.characters.drawing import read_drawing
-from retarget.characters.picture import read_picture
-from retarget.characters.svg import read_svg
+from retarget.characters.drawings import paths
+from retarget.characters.drawings.drawing import read_drawing
+from retarget.characters.drawings.svg import read_svg
+from retarget.characters.photos.picture import read_picture
 from retarget.export.svg import outlines, write_svg, write_svg_frames
 from retarget.stage.draw2d import draw, draw_things
 from retarget.stage.perform import perform

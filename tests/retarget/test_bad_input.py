@@ -11,7 +11,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from capture.errors import InputError
-from retarget.characters import castfile, meshfiles, paths, svg, svgfile
+from retarget.characters.casts import castfile
+from retarget.characters.drawings import paths, svg, svgfile
+from retarget.characters.models import meshfiles
 
 NOWHERE = "http://127.0.0.1:9/"
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="100" height="100">'

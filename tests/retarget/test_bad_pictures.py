@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from retarget.characters import photo
+from retarget.characters.photos import photo
 
 
 def disc(size=60):

@@ -10,8 +10,8 @@ from capture.errors import InputError
 from capture.fit import action
 from capture.motion import keys
 from fixtures import maps
-from retarget.characters import bend
-from retarget.characters.paths import DrawnPath, Gradient, flatten
+from retarget.characters.drawings import bend
+from retarget.characters.drawings.paths import DrawnPath, Gradient, flatten
 from retarget.characters.target import REST
 from retarget.stage import draw2d
 from retarget.stage.perform import perform

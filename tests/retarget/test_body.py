@@ -9,11 +9,11 @@ from PIL import Image
 from capture.errors import InputError
 from capture.motion import affine, keys, parts, tracks, triangulate
 from capture.motion.tracks import CartoonMotion, track_of
-from retarget.characters.body import Limb, body
-from retarget.characters.cast import cast_of, targets
-from retarget.characters.castfile import Cast, CastBody, CastKeep, CastLimb, read_cast, write_cast
-from retarget.characters.drawing import outline_drawing
-from retarget.characters.shares import shares_by_lines
+from retarget.characters.bodies.body import Limb, body
+from retarget.characters.bodies.shares import shares_by_lines
+from retarget.characters.casts.cast import cast_of, targets
+from retarget.characters.casts.castfile import Cast, CastBody, CastKeep, CastLimb, read_cast, write_cast
+from retarget.characters.drawings.drawing import outline_drawing
 from retarget.commands.lending import retarget
 from retarget.stage import staging
 from retarget.stage.direct import direct, stays_of

@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture.errors import InputError
-from retarget.characters.bones import read_bones
-from retarget.characters.puppet import KeyPose, read_puppet
-from retarget.characters.skin import sampled, skinned
+from retarget.characters.figures.bones import read_bones
+from retarget.characters.figures.puppet import KeyPose, read_puppet
+from retarget.characters.figures.skin import sampled, skinned
 from retarget.stage.perform import perform
 
 CHAIN = """HIERARCHY

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from capture.motion import affine, keys
-from retarget.characters import lift
-from retarget.characters.carried import carried_shapes
-from retarget.characters.meshfiles import Material, Model
+from retarget.characters.models import lift
+from retarget.characters.models.meshfiles import Material, Model
+from retarget.characters.proposed.carried import carried_shapes
 
 
 def prism(outline, depth=30.0):

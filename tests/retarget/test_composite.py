@@ -10,8 +10,8 @@ from capture.motion import tracks
 from capture.pictures.clip import clip_of
 from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_clip
-from retarget.characters import backdrop
-from retarget.characters.drawing import outline_drawing
+from retarget.characters.casts import backdrop
+from retarget.characters.drawings.drawing import outline_drawing
 from retarget.cli import main
 from retarget.stage import composite
 from retarget.stage.draw2d import draw, draw_frames

@@ -12,9 +12,9 @@ from mocap.posing.choreography import read_dance
 from mocap.posing.postures import Pool, Posture, read_pool, write_pool
 from mocap.skeletons.bvh import read_bvh
 from retarget import cli
-from retarget.characters.dancer import read_dancer
-from retarget.characters.meshfiles import read_model
-from retarget.characters.skin import read_skin, sampled, skinned
+from retarget.characters.figures.dancer import read_dancer
+from retarget.characters.figures.skin import read_skin, sampled, skinned
+from retarget.characters.models.meshfiles import read_model
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,7 @@ from skimage.io import imread
 
 from capture.pictures.decode import read_clip
 from fixtures import backdrop, ball, dining_car, hat, pencil, sack, variants, walker
-from retarget.characters.skin import skinned
+from retarget.characters.figures.skin import skinned
 from retarget.cli import main
 from retarget.demos import table
 from retarget.demos.shown import strip

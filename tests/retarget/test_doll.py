@@ -6,8 +6,8 @@ import pytest
 from capture.motion import keys
 from capture.motion.tracks import CartoonMotion, Track
 from fixtures import doll, render, walker
-from retarget.characters import lift
-from retarget.characters.mesh import read_mesh
+from retarget.characters.models import lift
+from retarget.characters.models.mesh import read_mesh
 from retarget.stage import draw2d
 from retarget.stage.perform import perform
 

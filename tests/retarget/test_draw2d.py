@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from retarget.characters.drawing import outline_drawing
-from retarget.characters.paths import DrawnPath, Gradient
+from retarget.characters.drawings.drawing import outline_drawing
+from retarget.characters.drawings.paths import DrawnPath, Gradient
 from retarget.stage.draw2d import draw, draw_frames, draw_things
 from retarget.stage.perform import perform
 

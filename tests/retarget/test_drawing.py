@@ -6,11 +6,11 @@ import shapely
 
 from capture.errors import InputError
 from capture.motion import affine, keys
-from retarget.characters import paths
-from retarget.characters.drawing import drawing, outline_drawing, read_drawing
-from retarget.characters.embed import embedding
-from retarget.characters.paths import Gradient
-from retarget.characters.svg import read_svg
+from retarget.characters.drawings import paths
+from retarget.characters.drawings.drawing import drawing, outline_drawing, read_drawing
+from retarget.characters.drawings.embed import embedding
+from retarget.characters.drawings.paths import Gradient
+from retarget.characters.drawings.svg import read_svg
 from retarget.stage.perform import perform
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from capture.errors import InputError
-from retarget.characters.drawing import read_drawing
+from retarget.characters.drawings.drawing import read_drawing
 from retarget.export.elements import kept, one_frame, page_of
 from retarget.stage.perform import perform
 

@@ -13,12 +13,12 @@ from capture.fit import action
 from capture.motion import affine
 from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_clip
-from retarget.characters.bend import read_bent
-from retarget.characters.drawing import read_drawing
-from retarget.characters.mesh import read_mesh
-from retarget.characters.meshfiles import read_model
-from retarget.characters.picture import read_picture
-from retarget.characters.puppet import KeyPose, read_puppet
+from retarget.characters.drawings.bend import read_bent
+from retarget.characters.drawings.drawing import read_drawing
+from retarget.characters.figures.puppet import KeyPose, read_puppet
+from retarget.characters.models.mesh import read_mesh
+from retarget.characters.models.meshfiles import read_model
+from retarget.characters.photos.picture import read_picture
 from retarget.export import formats
 from retarget.export.bodies import bodies, stage_to_space
 from retarget.stage import draw2d

@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 from capture.errors import InputError
 from capture.motion import affine
 from capture.motion.triangulate import locate
-from retarget.characters.drawing import read_drawing
-from retarget.characters.picture import read_picture
+from retarget.characters.drawings.drawing import read_drawing
+from retarget.characters.photos.picture import read_picture
 from retarget.export import gltf
 from retarget.export.bodies import Body, bodies, stage_to_space
 from retarget.stage.perform import Performance, perform

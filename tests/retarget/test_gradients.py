@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capture.motion import affine
-from retarget.characters.paths import Gradient
+from retarget.characters.drawings.paths import Gradient
 from retarget.export.gradients import finer, line_of, padded, round_of
 
 RNG = np.random.default_rng(11)

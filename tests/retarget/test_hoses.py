@@ -11,9 +11,9 @@ from fixtures import stickman
 from mocap.bodies.body import rest_places
 from mocap.rubber.rubber import make_rubber
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
-from retarget.characters import rubber_skin
-from retarget.characters.hoses import INK, hoses
-from retarget.characters.skin import Pose, skinned
+from retarget.characters.figures import rubber_skin
+from retarget.characters.figures.hoses import INK, hoses
+from retarget.characters.figures.skin import Pose, skinned
 
 
 def _moving(frames=24):

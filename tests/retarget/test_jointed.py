@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from capture.errors import InputError
 from capture.motion import affine
-from retarget.characters.puppet import KeyPose, read_puppet
+from retarget.characters.figures.puppet import KeyPose, read_puppet
 from retarget.export import jointed
 from retarget.export.bodies import bodies, stage_to_space
 from retarget.stage.perform import perform

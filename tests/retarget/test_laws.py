@@ -14,14 +14,14 @@ from PIL import Image
 
 from capture.fit import action
 from capture.motion import affine, keys
-from retarget.characters import lift
-from retarget.characters.bend import read_bent
-from retarget.characters.drawing import outline_drawing, read_drawing
-from retarget.characters.mesh import mesh, read_mesh
-from retarget.characters.meshfiles import Material, Model
-from retarget.characters.picture import read_picture
-from retarget.characters.puppet import KeyPose, read_puppet
-from retarget.characters.skin import sampled, skinned
+from retarget.characters.drawings.bend import read_bent
+from retarget.characters.drawings.drawing import outline_drawing, read_drawing
+from retarget.characters.figures.puppet import KeyPose, read_puppet
+from retarget.characters.figures.skin import sampled, skinned
+from retarget.characters.models import lift
+from retarget.characters.models.mesh import mesh, read_mesh
+from retarget.characters.models.meshfiles import Material, Model
+from retarget.characters.photos.picture import read_picture
 from retarget.stage.perform import perform, placement
 
 FRAMES = 5

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from capture.errors import InputError
 from capture.motion import affine, keys
 from capture.motion.tracks import CartoonMotion, track_of
-from retarget.characters.drawing import outline_drawing
-from retarget.characters.mesh import read_mesh
+from retarget.characters.drawings.drawing import outline_drawing
+from retarget.characters.models.mesh import read_mesh
 from retarget.stage import legs, staging
 from retarget.stage.perform import perform
 

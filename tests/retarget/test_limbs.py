@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from capture.motion import arap
-from retarget.characters.drawing import read_drawing
-from retarget.characters.limbs import gaps_at, hang, joined, limbs
-from retarget.characters.paths import pieces, split
-from retarget.characters.svg import read_svg
+from retarget.characters.drawings.drawing import read_drawing
+from retarget.characters.drawings.limbs import gaps_at, hang, joined, limbs
+from retarget.characters.drawings.paths import pieces, split
+from retarget.characters.drawings.svg import read_svg
 
 SHOULDER = np.array([125.0, 100.0])
 

@@ -8,8 +8,8 @@ import pytest
 from PIL import Image
 
 from capture.errors import InputError
-from retarget.characters.drawing import read_drawing
-from retarget.characters.picture import read_picture
+from retarget.characters.drawings.drawing import read_drawing
+from retarget.characters.photos.picture import read_picture
 from retarget.export.lottie import write_lottie
 from retarget.stage.perform import perform
 

@@ -15,9 +15,9 @@ from mocap.onto.marks import Marks
 from mocap.onto.to_tracks import to_tracks
 from mocap.onto.views import Views
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
-from retarget.characters.heat import heat_shares
-from retarget.characters.marked import MarkedDrawing, MarkedPicture, segments
-from retarget.characters.paths import DrawnPath
+from retarget.characters.bodies.heat import heat_shares
+from retarget.characters.bodies.marked import MarkedDrawing, MarkedPicture, segments
+from retarget.characters.drawings.paths import DrawnPath
 from retarget.stage import draw2d
 from retarget.stage.play import play
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from retarget.characters.markfiles import _yaml, read_marked, write_marks
+from retarget.characters.bodies.markfiles import _yaml, read_marked, write_marks
 
 ANNOTATED = """height: 40
 skeleton:

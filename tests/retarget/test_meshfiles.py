@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from capture.errors import InputError
-from retarget.characters.meshfiles import read_model
+from retarget.characters.models.meshfiles import read_model
 
 TENT = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 1)])
 

@@ -7,7 +7,7 @@ import pytest
 
 from capture.errors import InputError
 from capture.motion import affine, keys
-from retarget.characters.drawing import outline_drawing, read_drawing
+from retarget.characters.drawings.drawing import outline_drawing, read_drawing
 from retarget.stage.perform import perform
 
 RED = np.array([1.0, 0, 0, 1])

@@ -7,10 +7,11 @@ from PIL import Image
 from capture.errors import InputError
 from capture.motion import affine, keys, tracks
 from capture.pictures.decode import read_clip
-from retarget.characters import cast as casting
-from retarget.characters import castfile, photo
-from retarget.characters.carried import carried_outline
-from retarget.characters.picture import outline_of, read_picture
+from retarget.characters.casts import cast as casting
+from retarget.characters.casts import castfile
+from retarget.characters.photos import photo
+from retarget.characters.photos.picture import outline_of, read_picture
+from retarget.characters.proposed.carried import carried_outline
 from retarget.cli import main
 from retarget.stage.draw2d import draw
 from retarget.stage.perform import perform

@@ -8,9 +8,9 @@ from PIL import Image
 
 from capture.errors import InputError
 from capture.motion import affine, keys
-from retarget.characters.drawing import read_drawing
-from retarget.characters.picture import outline_of, read_picture
-from retarget.characters.svg import read_svg
+from retarget.characters.drawings.drawing import read_drawing
+from retarget.characters.drawings.svg import read_svg
+from retarget.characters.photos.picture import outline_of, read_picture
 from retarget.stage.draw2d import draw, draw_things
 from retarget.stage.perform import perform
 

@@ -11,7 +11,7 @@ from mocap.posing import postures, starting
 from mocap.posing.wind import Wind, sway
 from mocap.skeletons.bvh import write_bvh
 from mocap.skeletons.skeleton import Skeleton
-from retarget.characters.markfiles import read_marked
+from retarget.characters.bodies.markfiles import read_marked
 from retarget.cli import main
 
 MARKED = CHARACTERS / "flower.marks.toml"

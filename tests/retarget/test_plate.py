@@ -14,7 +14,7 @@ from capture.pictures.clip import clip_of
 from capture.pictures.encode import write_clip
 from capture.pictures.shot import KeyDrawing, Part, Shot, write_shot
 from fixtures import ball, variants, write
-from retarget.characters.drawing import outline_drawing
+from retarget.characters.drawings.drawing import outline_drawing
 from retarget.cli import main
 from retarget.stage import camera, plate
 from retarget.stage.carry import carried_on

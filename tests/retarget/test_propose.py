@@ -10,11 +10,13 @@ from capture.errors import InputError
 from capture.motion import affine, keys, tracks
 from capture.motion.tracks import CartoonMotion
 from fixtures import bunny, frog
-from retarget.characters import cast, castfile, paths, proposals
-from retarget.characters.drawing import read_drawing
-from retarget.characters.paths import DrawnPath
-from retarget.characters.propose import Proposal, propose
-from retarget.characters.svg import read_svg
+from retarget.characters.casts import cast, castfile
+from retarget.characters.drawings import paths
+from retarget.characters.drawings.drawing import read_drawing
+from retarget.characters.drawings.paths import DrawnPath
+from retarget.characters.drawings.svg import read_svg
+from retarget.characters.proposed import proposals
+from retarget.characters.proposed.propose import Proposal, propose
 from retarget.commands.proposing import propose as command
 
 GREEN, BLACK = np.array([0.4, 0.7, 0.4, 1]), np.array([0, 0, 0, 1.0])

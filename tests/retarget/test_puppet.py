@@ -7,11 +7,11 @@ import pytest
 
 from capture.errors import InputError
 from capture.motion import affine
-from retarget.characters.cast import targets
-from retarget.characters.castfile import read_cast, write_cast
-from retarget.characters.meshfiles import read_model
-from retarget.characters.puppet import KeyPose, read_puppet
-from retarget.characters.skin import skinned
+from retarget.characters.casts.cast import targets
+from retarget.characters.casts.castfile import read_cast, write_cast
+from retarget.characters.figures.puppet import KeyPose, read_puppet
+from retarget.characters.figures.skin import skinned
+from retarget.characters.models.meshfiles import read_model
 from retarget.stage.perform import perform
 
 

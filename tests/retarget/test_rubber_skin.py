@@ -13,8 +13,8 @@ from fixtures import hose
 from mocap.rubber.rubber import RubberMotion, plain
 from mocap.rubber.subjoints import SubJoints
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
-from retarget.characters import rubber_skin
-from retarget.characters.skin import Animation, Pose, Skin, skinned
+from retarget.characters.figures import rubber_skin
+from retarget.characters.figures.skin import Animation, Pose, Skin, skinned
 
 CUT = 6
 
@@ -125,7 +125,7 @@ def test_without_sub_joints_a_motion_is_the_files_own():
     rubber = RubberMotion(motion, sub, world[..., 3], quats, ones, ones)
     points, _ = hose.tube()
     bound = rubber_skin.rubber_skin(skin, points, sub)
-    from retarget.characters.skin import sampled
+    from retarget.characters.figures.skin import sampled
 
     truth = skinned(skin, points, sampled(skin, "wave", times))
     np.testing.assert_allclose(rubber_skin.posed(bound, points, rubber), truth, atol=1e-9)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from retarget.characters.meshfiles import read_model
-from retarget.characters.skin import Pose, read_skin, sampled, skinned
+from retarget.characters.figures.skin import Pose, read_skin, sampled, skinned
+from retarget.characters.models.meshfiles import read_model
 
 
 def turned(points, angle, about):

@@ -9,7 +9,7 @@ from capture.errors import InputError
 from capture.motion import keys
 from capture.motion.tracks import CartoonMotion, Track
 from fixtures import frog, hat, walker
-from retarget.characters.drawing import outline_drawing
+from retarget.characters.drawings.drawing import outline_drawing
 from retarget.stage import staging
 from retarget.stage.perform import perform
 

@@ -6,7 +6,7 @@ import numpy as np
 from PIL import Image
 
 from capture.motion import affine
-from retarget.characters.picture import read_picture
+from retarget.characters.photos.picture import read_picture
 from retarget.characters.target import REST
 from retarget.export.elements import page_of
 from retarget.export.stills import still_of

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from retarget.characters import paths
-from retarget.characters.paths import Gradient
-from retarget.characters.svg import read_svg
+from retarget.characters.drawings import paths
+from retarget.characters.drawings.paths import Gradient
+from retarget.characters.drawings.svg import read_svg
 
 
 @pytest.fixture

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from svgelements import SVG, Path, Shape
 
-from retarget.characters.paths import DrawnPath, Gradient
-from retarget.characters.svg import read_page, read_svg
-from retarget.characters.svgout import write_keys
+from retarget.characters.drawings.paths import DrawnPath, Gradient
+from retarget.characters.drawings.svg import read_page, read_svg
+from retarget.characters.drawings.svgout import write_keys
 
 SIZE = (320.0, 240.5)
 

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from capture.errors import InputError
 from capture.motion import affine
-from retarget.characters.drawing import read_drawing
-from retarget.characters.picture import read_picture
+from retarget.characters.drawings.drawing import read_drawing
+from retarget.characters.photos.picture import read_picture
 from retarget.export.bodies import Body, Skin, stage_to_space
 from retarget.export.nodes import lifted
 from retarget.export.usd import write_usd, write_usd_bodies

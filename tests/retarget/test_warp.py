@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capture.motion import triangulate
-from retarget.characters.picture import DrawnPicture, Layer, halved
+from retarget.characters.photos.picture import DrawnPicture, Layer, halved
 from retarget.stage import warp
 from retarget.stage.draw2d import draw_things
 from retarget.stage.lay import lay

@@ -3,8 +3,8 @@
 import numpy as np
 
 from capture.motion import arap, keys, triangulate
-from retarget.characters import ways
-from retarget.characters.hinged import parents_of
+from retarget.characters.proposed import ways
+from retarget.characters.proposed.hinged import parents_of
 
 SQUARE = np.array([[0, 0], [100, 0], [100, 40], [0, 40]], float)
 
