@@ -1,4 +1,5 @@
 """The language of cartoon motion: affine maps, key shapes, in-betweens and tracks.
 
-Read `affine`, `triangulate`, `arap`, `keys` and, last, `tracks`: one equation carries everything.
+Read `affine`, `triangulate`, `arap`, `keys` and `tracks`: one equation carries everything.  `parts` are parts of parts,
+`gaps` what goes on where a part is hidden.
 """

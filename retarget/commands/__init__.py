@@ -1,1 +1,5 @@
-"""The subcommands of `tooncap`, a function each, in the order of the work: start, capturing, many, lending."""
+"""The subcommands of `tooncap`, a function each.
+
+In the order of the work: `start`, `capturing`, `many`, `exaggerating`, `proposing`, `lending`; `moving`, `rubbering`,
+`filtering`, `analogies`, `playing`, `posing` and `dancing` for motion capture; `working`, the workbench.
+"""
