@@ -1,6 +1,6 @@
 """Posing and dancing (Chen et al. 2004).
 
-Read `poses` and `springs` with its `ties`, `stars`, `sweeps`, `twists`, `limits` and `machine` (a joint is dragged), and
-`session`; `postures`, `starting`, `rest`, `standing` (poses with names); `elastic`, `modes` and `wind` (what moves between
-them); `beats`, `arrive`, `mirror`, `choreography`, `invent` and `dance` (on the beat).
+Read `poses` and `springs` with its `ties`, `stars`, `sweeps`, `twists`, `limits` and `machine` (a joint is
+dragged), and `session`; `postures`, `starting`, `rest`, `standing` (poses with names); `elastic`, `modes` and
+`wind` (what moves between them); `beats`, `arrive`, `mirror`, `choreography`, `invent` and `dance` (on the beat).
 """
