@@ -16,3 +16,8 @@ def cluster():
         )
     with two_workers:
         yield two_workers.scheduler_address
+
+
+def pytest_collection_modifyitems(items):
+    """Tests with a browser come last: playwright leaves its event loop running in the process that drove it."""
+    items.sort(key=lambda item: "browser" in item.path.parts)

@@ -58,6 +58,17 @@ def resample(outline: NDArray, count: int) -> NDArray:
     return np.stack([np.interp(at, along, closed[:, axis]) for axis in range(closed.shape[1])], axis=-1)
 
 
+def valid_ring(ring: NDArray, count: int) -> NDArray:
+    """`count` even points (B, 2) along a ring (B, 2), or more where so few would make it cross itself."""
+    import shapely
+
+    for factor in (1, 2, 4):
+        even = resample(ring, factor * count)
+        if shapely.Polygon(even).is_valid:
+            return even
+    return ring
+
+
 def locate(points: NDArray, mesh_points: NDArray, faces: NDArray) -> tuple[NDArray, NDArray]:
     """For points (P, 2) the face (P,) they lie in, or are nearest to, and barycentric shares (P, 3).
 

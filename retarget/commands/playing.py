@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from mocap.rubber.rubber import RubberMotion
     from mocap.skeletons.skeleton import SkeletonMotion
     from retarget.characters.figures.skin import Skin
-    from retarget.characters.models.meshfiles import Model
+    from retarget.characters.models.model import Model
 
 View = Literal["front", "side"]
 

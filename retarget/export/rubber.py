@@ -14,7 +14,7 @@ from capture.motion import affine
 from mocap.rubber.rubber import RubberMotion
 from retarget.characters.figures.rubber_skin import MOST, RubberSkin, stretches
 from retarget.characters.models.mesh import mesh
-from retarget.characters.models.meshfiles import Model
+from retarget.characters.models.model import Model
 from retarget.characters.target import REST
 from retarget.export import solids
 from retarget.export.bodies import Body

@@ -16,7 +16,7 @@ from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, total_affine
 from retarget.characters.bodies.marked import MarkedDrawing, MarkedPicture, Piece, segments
 from retarget.characters.models.mesh import mesh
-from retarget.characters.models.meshfiles import Model
+from retarget.characters.models.model import Model
 from retarget.characters.target import REST
 from retarget.stage.perform import Performance, Role
 

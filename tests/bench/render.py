@@ -10,7 +10,7 @@ from fixtures import frog
 from fixtures.write import CHARACTERS
 from retarget.characters.drawings.drawing import read_drawing
 from retarget.characters.models.mesh import mesh
-from retarget.characters.models.meshfiles import Material, Model
+from retarget.characters.models.model import Material, Model
 from retarget.characters.photos.picture import DrawnPicture, Layer, halved
 from retarget.stage import draw2d
 from retarget.stage.perform import perform

@@ -9,7 +9,8 @@ from capture.motion import affine, keys
 from capture.motion.tracks import CartoonMotion, track_of
 from retarget.characters.models import lift
 from retarget.characters.models.mesh import mesh
-from retarget.characters.models.meshfiles import Material, Model, read_model
+from retarget.characters.models.meshfiles import read_model
+from retarget.characters.models.model import Material, Model
 from retarget.export.bodies import bodies, stage_to_space
 from retarget.export.gltf import write_bodies, write_glb
 from retarget.stage import zbuffer

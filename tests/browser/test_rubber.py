@@ -13,7 +13,8 @@ from mocap.rubber.rubber import make_rubber
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.characters.figures import rubber_skin
 from retarget.characters.figures.skin import Pose, Skin, read_skin
-from retarget.characters.models.meshfiles import Material, Model, read_model
+from retarget.characters.models.meshfiles import read_model
+from retarget.characters.models.model import Material, Model
 from retarget.export.rubber import write_rubber
 
 FRAMES = 24

@@ -5,7 +5,7 @@ import pytest
 
 from capture.motion import affine, keys
 from retarget.characters.models import lift
-from retarget.characters.models.meshfiles import Material, Model
+from retarget.characters.models.model import Material, Model
 from retarget.characters.proposed.carried import carried_shapes
 
 

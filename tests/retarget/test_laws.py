@@ -20,7 +20,7 @@ from retarget.characters.figures.puppet import KeyPose, read_puppet
 from retarget.characters.figures.skin import sampled, skinned
 from retarget.characters.models import lift
 from retarget.characters.models.mesh import mesh, read_mesh
-from retarget.characters.models.meshfiles import Material, Model
+from retarget.characters.models.model import Material, Model
 from retarget.characters.photos.picture import read_picture
 from retarget.stage.perform import perform, placement
 

@@ -9,7 +9,7 @@ from capture.errors import InputError
 from capture.motion import affine
 from retarget.characters.models import lift
 from retarget.characters.models.mesh import mesh, read_mesh
-from retarget.characters.models.meshfiles import Material, Model
+from retarget.characters.models.model import Material, Model
 from retarget.stage.perform import perform, placement
 
 

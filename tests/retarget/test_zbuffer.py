@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from retarget.characters.models.mesh import DrawnMesh, mesh
-from retarget.characters.models.meshfiles import Material, Model
+from retarget.characters.models.model import Material, Model
 from retarget.stage import zbuffer
 from retarget.stage.draw2d import draw_things
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine, triangulate
 from capture.motion.keys import KeySet
+from capture.motion.triangulate import valid_ring
 from mocap.onto import marks as marking
 from mocap.onto.hung import END, STUB
 from mocap.onto.marks import Marks
@@ -22,7 +23,7 @@ from retarget.characters.bodies.heat import heat_shares
 from retarget.characters.drawings import paths
 from retarget.characters.drawings.drawing import Drawing, drawing
 from retarget.characters.drawings.paths import DrawnPath
-from retarget.characters.photos.picture import Layer, Picture, halved, valid_ring
+from retarget.characters.photos.picture import Layer, Picture, halved
 from retarget.characters.target import REST
 
 FACES = 1500

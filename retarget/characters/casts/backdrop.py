@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.pictures.clip import Clip
-from retarget.characters.photos.picture import read_image
+from retarget.characters.photos.photo import read_image
 
 STILLS = (".png", ".jpg", ".jpeg", ".webp")
 EARLY = 1e-3  # seconds: a frame that begins so little later is meant, times are rounded in files

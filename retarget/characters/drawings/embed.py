@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.motion import affine, arap, triangulate
+from capture.motion.triangulate import valid_ring
 from retarget.characters.drawings import paths
 from retarget.characters.drawings.paths import DrawnPath
-from retarget.characters.photos.picture import valid_ring
 
 
 def silhouette_of(version: list[DrawnPath]) -> object:

@@ -9,7 +9,7 @@ from capture.errors import InputError
 from mocap.skeletons.bvh import read_bvh
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.characters.figures.skin import Animation, Pose, Skin
-from retarget.characters.models.meshfiles import Material, Model
+from retarget.characters.models.model import Material, Model
 
 MOTION = "motion"
 """The one animation of a BVH."""

@@ -10,7 +10,7 @@ from capture.errors import InputError
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.characters.figures.hoses import hoses, rods
 from retarget.characters.figures.skin import Skin
-from retarget.characters.models.meshfiles import Model
+from retarget.characters.models.model import Model
 
 BUILT_IN = ("human", "flower", "lamp")
 

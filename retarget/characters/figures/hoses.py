@@ -11,7 +11,7 @@ from capture.errors import InputError
 from mocap.bodies.body import Body, find_body, rest_places
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion, own_maps, world_maps
 from retarget.characters.figures.skin import Pose, Skin
-from retarget.characters.models.meshfiles import Material, Model
+from retarget.characters.models.model import Material, Model
 
 AROUND, ALONG = 16, 24
 SOFT = 0.3

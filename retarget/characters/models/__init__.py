@@ -1,4 +1,4 @@
 """3-D models as characters.
 
-Read `gltffile`, `objfiles` and `meshfiles` (files), `lift` (from the plane to space) and `mesh`.
+Read `model`, `gltffile`, `objfiles` and `meshfiles` (files), `lift` (from the plane to space) and `mesh`.
 """

@@ -68,7 +68,7 @@ class GltfFile:
         """The picture of a texture, uint8 RGBA (H, W, 4)."""
         from io import BytesIO
 
-        from retarget.characters.photos.picture import read_image
+        from retarget.characters.photos.photo import read_image
 
         source = self.things("textures")[texture].get("source")
         if source is None:

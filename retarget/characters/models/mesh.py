@@ -18,7 +18,8 @@ from capture.motion import affine, keys
 from capture.motion.keys import Inbetweener, KeySet
 from retarget.characters.models import lift
 from retarget.characters.models.lift import Depth
-from retarget.characters.models.meshfiles import Material, Model, read_model
+from retarget.characters.models.meshfiles import read_model
+from retarget.characters.models.model import Material, Model
 
 CREASE = np.cos(np.radians(50))
 """Faces that meet at a sharper angle than this have an edge between them, where the file has no normals to say so."""

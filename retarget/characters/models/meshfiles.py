@@ -4,7 +4,6 @@ glTF and OBJ are read by hand.  Key shapes in several files correspond point by 
 (trimesh 5.2) splits points at seams in some files and drops the seams in others; of glTF it drops the morph targets.
 """
 
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
+from retarget.characters.models import objfiles
 from retarget.characters.models.gltffile import DAMAGE, GltfFile, open_gltf
+from retarget.characters.models.model import Material, Model
 
 MODELS = (".glb", ".gltf", ".obj", ".ply")
 
@@ -20,33 +21,8 @@ FARTHEST = 1e12
 """Units from a model's origin, beyond which a number is a slip, and arithmetic goes wrong."""
 
 
-@dataclass(frozen=True, eq=False)
-class Material:
-    """How a surface looks."""
-
-    color: tuple[float, float, float, float] = (0.8, 0.8, 0.8, 1.0)  # sRGB; times the texture, where there is one
-    texture: NDArray | None = None  # (h, w, 4) uint8 straight alpha
-    cut_out: bool = False  # the texture's clear places are holes
-
-
-@dataclass(frozen=True, eq=False)
-class Model:
-    """A triangle mesh of N points and F faces, as it lies in its file: x right, y up, z to the viewer."""
-
-    points: NDArray  # (N, 3)
-    faces: NDArray  # (F, 3)
-    materials: tuple[Material, ...]
-    surface: NDArray  # (F,) the number of each face's material
-    uv: NDArray  # (N, 2), from the texture's top-left corner, which repeats; 0 where there is no texture
-    colors: NDArray | None = None  # (N, 4) sRGB, times the material's
-    normals: NDArray | None = None  # (N, 3) as the file gives them: only where edges are hard is read off them
-    morphs: dict[str, NDArray] = field(default_factory=dict)  # name: (N, 3) to be added in full
-
-
 def read_model(path: str | Path) -> Model:
     """A model from a *.obj, *.gltf, *.glb or *.ply file; all its meshes as one, where its nodes put them."""
-    from retarget.characters.models import objfiles
-
     path = Path(path)
     readers = {".obj": objfiles.read_obj, ".ply": objfiles.read_ply, ".gltf": _read_gltf, ".glb": _read_gltf}
     if path.suffix.lower() not in readers:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from retarget.characters.models.gltffile import beside
-from retarget.characters.models.meshfiles import Material, Model
-from retarget.characters.photos.picture import read_image
+from retarget.characters.models.model import Material, Model
+from retarget.characters.photos.photo import read_image
 
 
 def read_obj(path: Path) -> Model:

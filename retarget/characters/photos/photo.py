@@ -68,6 +68,11 @@ def read_photo(path: str | Path) -> Photo:
     return Photo(pixels, size, (note,))
 
 
+def read_image(path: str | Path) -> NDArray:
+    """An image file as uint8 RGBA (H, W, 4), turned upright if it says so, of at most 8 megapixels."""
+    return read_photo(path).pixels
+
+
 def _eight_bits(image: Any) -> Any:
     """A Pillow image in grey or colours of 8 bits, with alpha where it has some."""
     from PIL import Image

@@ -146,11 +146,6 @@ def _corresponding(part: str, names: tuple[str, ...], outlines: list[NDArray | N
     return np.stack(outlines)
 
 
-def read_image(path: str | Path) -> NDArray:
-    """An image file as uint8 RGBA (H, W, 4), turned upright if it says so, of at most 8 megapixels."""
-    return read_photo(path).pixels
-
-
 def outline_of(image: NDArray, name: str = "the picture", count: int | None = None) -> NDArray:
     """The outline (B, 2) of a picture's opaque part, by its alpha, two pixels wider for the soft border."""
     import shapely
@@ -172,18 +167,7 @@ def outline_of(image: NDArray, name: str = "the picture", count: int | None = No
     ring = np.array(shapely.Polygon(largest.exterior).simplify(0.3).exterior.coords)[:-1]
     if count is None:
         count = int(np.clip(largest.length / np.sqrt(largest.area / 400), 40, 400))
-    return valid_ring(ring, count)
-
-
-def valid_ring(ring: NDArray, count: int) -> NDArray:
-    """`count` even points (B, 2) along a ring (B, 2), or more where so few would make it cross itself."""
-    import shapely
-
-    for factor in (1, 2, 4):
-        even = triangulate.resample(ring, factor * count)
-        if shapely.Polygon(even).is_valid:
-            return even
-    return ring
+    return triangulate.valid_ring(ring, count)
 
 
 def _dense(outlines: NDArray, least: int = 60, count: int = 120) -> NDArray:

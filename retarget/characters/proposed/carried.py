@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion.keys import KeySet
 from retarget.characters.models import lift
-from retarget.characters.models.meshfiles import Model
+from retarget.characters.models.model import Model
 from retarget.characters.proposed import along
 
 EVENLY = 1.0
