@@ -55,6 +55,8 @@ def finished(session, seconds=60):
     while session.running is not None:
         assert time.monotonic() < end
         time.sleep(0.02)
+    with session._lock:  # what came of it is put in place before anything else can be done
+        pass
 
 
 def until(true, seconds=30):
