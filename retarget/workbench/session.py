@@ -177,6 +177,7 @@ class Session:
             if said["kind"] == "result":
                 work = desks.find(self.desks, "work", running.name)
                 try:
+                    sentence = said["result"].pop("said", "")  # what is told when the work has ended
                     written = said["result"].pop("written", [])  # documents that the process has put into their files
                     state = work.apply(self.state, **said["result"])
                     saving.note(self._saved, state, written)
