@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.motion.tracks import CartoonMotion
+from capture.pictures.encode import over
 from retarget.characters.backdrop import is_color
 from retarget.characters.castcheck import checked
 from retarget.characters.castfile import Cast, CastKeep, read_cast
@@ -200,7 +201,7 @@ def drawing(
     """The drawing of a key, with a pull at it if there is one: what `pull` would make of it."""
     held = (np.array(at), np.array(to), reach) if at is not None and to is not None else None
     file = _file(state, part, key)
-    picture = redraw.picture(file, held)
+    picture = over(redraw.picture(file, held))  # paper, so that dark lines show
     return _png(picture)._replace(said={"svg": file.suffix.lower() == ".svg"})
 
 

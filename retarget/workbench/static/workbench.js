@@ -8,8 +8,9 @@ import { makeBench } from "./bench.js";
 import * as capture from "./capture.js";
 import { button, fill, make } from "./dom.js";
 import { filesPanel } from "./files.js";
+import * as stage from "./stage.js";
 
-const DESKS = { capture };
+const DESKS = { capture, stage };
 
 function render({ model, el }) {
   const bench = makeBench(model);
@@ -49,17 +50,20 @@ function render({ model, el }) {
     if (isOpen()) desks[name].desk.shown?.();
   }
 
+  // A motion alone can be lent to others, and there is nothing to capture.
+  const firstDesk = () => (bench.state.stage.motion && !bench.state.capture.clip ? "stage" : "capture");
   const isOpen = () => Boolean(bench.state.folder?.at?.open);
 
   let timer = 0;
-  function say(sentence, stays = false) {
+  function say(sentence, stays = false, good = false) {
     said.textContent = sentence;
+    said.classList.toggle("good", good);
     said.hidden = !sentence;
     clearTimeout(timer);
     if (!stays) timer = setTimeout(() => (said.hidden = true), 7000);
   }
 
-  bench.on("refused", say);
+  bench.on("refused", (sentence) => say(sentence));
   bench.on("told", (event) => say(event.sentence));
   bench.on("connection", ({ open }) => say(open ? "" : "The workbench is not running: start it again, this page will find it.", !open));
   bench.on("progress", ({ label, done, total }) => {
@@ -68,9 +72,9 @@ function render({ model, el }) {
     fill(work, make("span", {}, label + share), meter, button("Cancel", "Esc", () => bench.act("cancel")));
     work.hidden = false;
   });
-  bench.on("ended", ({ sentence }) => {
+  bench.on("ended", ({ sentence, made }) => {
     work.hidden = true;
-    if (sentence) say(sentence === "stopped" ? "Stopped; what is done is kept." : sentence);
+    if (sentence) say(sentence === "stopped" ? "Stopped; what is done is kept." : sentence, false, made);
   });
   bench.on("state", (changed) => {
     const wasOpen = !start.hidden;
@@ -86,7 +90,7 @@ function render({ model, el }) {
     work.hidden = work.hidden || !bench.running;
     panel.changed(changed);
     for (const { desk } of Object.values(desks)) desk.changed?.(changed);
-    if (!current || wasOpen !== !isOpen()) choose(current || Object.keys(DESKS)[0]);
+    if (!current || wasOpen !== !isOpen()) choose(current || firstDesk());
   });
 
   root.addEventListener("keydown", (event) => {
