@@ -12,7 +12,9 @@ export function makeFrames(bench, name = "capture.frame") {
   let wanted = 0;
   let count = 0;
   let way = 1;
+  let shown = null; // what is on the screen stays drawable until another one is
   const frames = { came: () => {} };
+  const letGo = (bitmap) => bitmap !== shown && bitmap.close();
 
   frames.of = (description) => {
     const key = JSON.stringify([description.name, description.width, description.height, description.frames, description.open]);
@@ -20,7 +22,7 @@ export function makeFrames(bench, name = "capture.frame") {
     clip = key;
     count = description.frames;
     room = Math.max(8, Math.floor(BYTES / (4 * description.width * description.height)));
-    kept.forEach((bitmap) => bitmap.close());
+    kept.forEach(letGo);
     kept.clear();
     loading.clear();
   };
@@ -32,6 +34,7 @@ export function makeFrames(bench, name = "capture.frame") {
     load();
     const bitmap = kept.get(number) ?? null;
     if (bitmap) {
+      shown = bitmap;
       kept.delete(number);
       kept.set(number, bitmap);
     }
@@ -64,7 +67,7 @@ export function makeFrames(bench, name = "capture.frame") {
       while (kept.size > room) {
         const [oldest, old] = kept.entries().next().value;
         kept.delete(oldest);
-        old.close();
+        letGo(old);
       }
       frames.came(number);
     } catch (error) {
