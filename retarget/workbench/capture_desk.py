@@ -1,6 +1,6 @@
 """The capture desk: tell the parts of a clip, choose and correct their keys, capture, and look where it is worst."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import lru_cache
 from itertools import count
 from pathlib import Path
@@ -304,7 +304,7 @@ def _clip_shown(shot: Shot) -> dict[str, Any]:
 
 @lru_cache(maxsize=8)
 def _parts_shown(shot: Shot) -> list[dict[str, Any]]:
-    return msgspec.to_builtins(shot.parts)
+    return [asdict(part) for part in shot.parts]  # msgspec leaves out what came by default
 
 
 @lru_cache(maxsize=8)

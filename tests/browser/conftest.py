@@ -15,8 +15,8 @@ PACKAGES = HERE.parent.parent / ".browser" / "node_modules"
 FLAGS = (
     *("--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking"),
     *("--disable-component-update", "--disable-sync"),
-    *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
 )
+WEBGL = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")  # slow, but it needs no card
 KINDS = {".html": "text/html", ".js": "text/javascript", ".json": "application/json"}
 SITE = "http://judges.test/"
 
@@ -30,16 +30,30 @@ def packages():
 
 
 @pytest.fixture(scope="session")
-def browser():
-    """A headless Chromium."""
+def launch():
+    """Start a headless Chromium with more flags."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright, of the extra dev, is not installed")
     program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if program is None:
         pytest.skip("there is no chromium on this machine: sh .ci/browser.sh installs Debian's")
     with playwright.sync_playwright() as running:
-        shown = running.chromium.launch(executable_path=program, args=FLAGS)
-        yield shown
-        shown.close()
+        yield lambda *more: running.chromium.launch(executable_path=program, args=[*FLAGS, *more])
+
+
+@pytest.fixture(scope="session")
+def browser(launch):
+    """A headless Chromium that can show WebGL."""
+    shown = launch(*WEBGL)
+    yield shown
+    shown.close()
+
+
+@pytest.fixture(scope="session")
+def flat_browser(launch):
+    """A headless Chromium without WebGL, whose pages are drawn as quickly as without a card they can be."""
+    shown = launch()
+    yield shown
+    shown.close()
 
 
 @pytest.fixture(scope="session")

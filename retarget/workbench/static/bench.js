@@ -61,6 +61,7 @@ export function makeBench(model) {
     return { ...event, bitmap };
   };
 
+  bench.idle = () => !flying && !queue.length;
   bench.gesture = () => `${Math.random().toString(36).slice(2, 8)}-${++gestures}`;
   bench.on = (kind, hears) => {
     listeners.set(kind, [...(listeners.get(kind) ?? []), hears]);

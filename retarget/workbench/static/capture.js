@@ -21,6 +21,13 @@ export function mount(el, bench) {
   const captured = new Map(); // part -> {number, shape, points}
   const time = makeTimeline(below, { went: show, keyChosen: ({ frame, part }) => (choosePart(part), time.go(frame)) });
 
+  const result = make("output.result");
+  const stretch = (fields) => bench.act("capture.stretch", fields);
+  const begin = button("Begin here", "[", () => stretch({ start: time.frame, stop: now().clip.stop }));
+  const end = button("End here", "]", () => stretch({ start: now().clip.start, stop: time.frame + 1 }));
+  const whole = button("Whole clip", "", () => stretch({ start: 0 }));
+  below.querySelector(".transport").append(begin, end, whole, result);
+
   const now = () => bench.state.capture ?? {};
   const parts = () => now().parts ?? [];
   const part = () => parts().find(({ name }) => name === desk.part) ?? parts()[0];
@@ -57,7 +64,7 @@ export function mount(el, bench) {
       const key = one.keys.find(({ frame, outline }) => frame === time.frame && outline.length);
       if (points && !(chosen && key)) paintLine(context, view, points, { color, width: chosen ? 2 : 1.5 });
       if (key) paintLine(context, view, outlineOf(one, key), { color, width: chosen ? 2.5 : 1.5, dash: chosen ? [] : [5, 4] });
-      if (chosen && key) paintDots(context, view, outlineOf(one, key), { color, radius: 3.5, marked: desk.point });
+      if (chosen && key) paintDots(context, view, outlineOf(one, key), { radius: 3.5, marked: desk.point });
       if (chosen && one.box && time.frame === one.keys[0].frame) paintBox(context, one.box, color);
       if (chosen && time.frame === one.keys[0].frame) {
         for (const line of one.inside) paintLine(context, view, line, { color: "#6fd08c", closed: false, width: 4 });
@@ -100,6 +107,14 @@ export function mount(el, bench) {
     }
   }
 
+  // The matte takes a moment to make: it is asked for when the hand has come to rest.
+  let resting = 0;
+  function matteSoon() {
+    clearTimeout(resting);
+    if (desk.moved) return;
+    resting = setTimeout(fetchMatte, desk.matte ? 250 : 0);
+  }
+
   let matteOf = "";
   async function fetchMatte() {
     const one = part();
@@ -133,7 +148,8 @@ export function mount(el, bench) {
     else if (bench.running === "capture.suggest") text = `Following the ${one.name} through the clip, to choose its keys.`;
     else if (!desk.matte && matteOf) text = "Looking which pixels belong to it…";
     else if (one.keys.length === 1 && !motion) text = "Blue is what is taken for the part. If it is right, find its keys; if not, scribble on it, or draw its outline.";
-    else if (!motion) text = `${one.keys.length} keys. Look at each (1–${Math.min(one.keys.length, 9)}), drag points that are wrong, then capture.`;
+    else if (now().kept && !motion) text = "A capture was interrupted: it goes on from there, if nothing was changed since.";
+    else if (!motion) text = `${one.keys.length} keys. Look at each (1–${Math.min(one.keys.length, 9)}), the same colour is the same place; drag what is wrong, then capture.`;
     else if (now().stale) text = "The keys were changed since: capture again.";
     else text = keyHere() ? "A key: drag its points to correct it." : "The red dots are the worst frames. Where the outline is off, mend the frame (F), drag its points, capture again.";
     hint.textContent = text;
@@ -145,10 +161,15 @@ export function mount(el, bench) {
     }
   }
 
+  let inPanel = "";
   function panel() {
     const one = part();
     if (!one) return fill(side);
     const motion = now().motion;
+    const names = parts().map(({ name, parent, keys }) => [name, parent, keys.map((key) => [key.name, key.frame, key.outline.length > 0])]);
+    const seen = JSON.stringify([desk.part, names, parts().map((other) => Boolean(isTold(other))), motion?.number, now().stale, bench.running, now().clip]);
+    if (seen === inPanel) return paintKeys();
+    inPanel = seen; // or a slider would be taken from under the hand
     const list = parts().map((other) =>
       make("button.part", { type: "button", "aria-pressed": String(other === one), onclick: () => choosePart(other.name) },
         make("i", { style: `background: ${colorOf(other.name)}` }), other.name,
@@ -163,8 +184,10 @@ export function mount(el, bench) {
         make("button.key", { type: "button", "data-frame": key.frame, title: n < 9 ? `Key ${n + 1}` : "", onclick: () => time.go(key.frame) }, make("b", {}, n < 9 ? String(n + 1) : "·"), key.name, make("small", {}, `frame ${key.frame}`)),
         one.keys.length > 1 && make("button.gone", { type: "button", title: `Remove ${key.name}`, "aria-label": `Remove ${key.name}`, onclick: () => act("remove_key", { key: key.name }) }, "×")));
     const busy = Boolean(bench.running);
-    const find = button("Find keys", "K", suggest, isTold(one) && one.keys.length === 1 ? "primary" : "");
-    const run = button(motion ? "Capture again" : now().kept ? "Go on capturing" : "Capture", "Enter", capture, one.keys.length > 1 && (!motion || now().stale) ? "primary" : "");
+    const wantsKeys = !motion && parts().length === 1 && one.keys.length === 1; // the step that comes next stands out
+    const wantsCapture = motion ? now().stale : !wantsKeys && parts().every(isTold);
+    const find = button("Find keys", "K", suggest, wantsKeys && isTold(one) ? "primary" : "");
+    const run = button(motion ? "Capture again" : "Capture", "Enter", capture, wantsCapture ? "primary" : "");
     const mend = button("Mend this frame", "F", mendFrame);
     find.disabled = busy || !isTold(one);
     run.disabled = busy || !parts().every(isTold);
@@ -178,8 +201,9 @@ export function mount(el, bench) {
       slider("Within (px)", { min: 0.3, max: 5, step: 0.1, value: desk.residual }, (value) => (desk.residual = value)),
       slider("Keys at most", { min: 1, max: 12, step: 1, value: desk.most }, (value) => (desk.most = value)),
       make("div.row", {}, find, run),
-      make("div.row", {}, mend),
-      motion && make("p.result", {}, motion.said));
+      make("div.row", {}, mend));
+    result.textContent = motion?.said ?? "";
+    whole.hidden = now().clip.stop - now().clip.start === now().clip.frames;
     paintKeys();
   }
 
@@ -212,18 +236,19 @@ export function mount(el, bench) {
     frames.of({ ...clip, open: bench.state.folder.at.open });
     view.resize(clip.width, clip.height);
     Object.assign(time, { first: clip.start, last: clip.stop - 1, fps: clip.fps });
-    time.curves = (motion?.parts ?? []).map(({ name, residual }) => ({ values: residual, first: motion.first, color: colorOf(name) }));
+    time.curves = (motion?.parts ?? []).map(({ name, residual }) => ({ values: residual, first: motion.first, color: colorOf(name), chosen: name === part()?.name }));
     const worstOf = (frame) => Math.max(...motion.parts.map(({ residual }) => residual[frame - motion.first]));
     time.worst = (motion?.worst ?? []).map((frame) => ({ frame, value: worstOf(frame) }));
     time.lost = (motion?.parts ?? []).flatMap(({ lost }) => lost.map((t) => t + motion.first));
     time.keys = parts().flatMap((one) =>
-      one.keys.filter(({ outline }) => outline.length).map(({ frame }) => ({ frame, part: one.name, color: colorOf(one.name), chosen: one === part() })));
+      one.keys.filter(({ outline }) => outline.length).map(({ frame }) => ({ frame, part: one.name, color: colorOf(one.name), chosen: one === part() })))
+      .sort((a, b) => a.chosen - b.chosen); // the chosen part's on top
     time.go(time.frame);
     panel();
     tools.changed(isTold(part()));
     show();
     fetchCaptured();
-    fetchMatte();
+    matteSoon();
   }
 
   for (const kind of ["progress", "ended"]) bench.on(kind, () => (panel(), explain()));
@@ -240,6 +265,8 @@ export function mount(el, bench) {
       else if (event.key === "k") suggest();
       else if (event.key === "Enter") capture();
       else if (event.key === "f") mendFrame();
+      else if (event.key === "[") begin.click();
+      else if (event.key === "]") end.click();
       else if (event.key === "0") view.fit();
       else if (event.key === "m") (desk.showsMatte = !desk.showsMatte), view.draw();
       else return tools.key(event);

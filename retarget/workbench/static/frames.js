@@ -12,9 +12,8 @@ export function makeFrames(bench, name = "capture.frame") {
   let wanted = 0;
   let count = 0;
   let way = 1;
-  let shown = null; // what is on the screen stays drawable until another one is
+  let shown = null;
   const frames = { came: () => {} };
-  const letGo = (bitmap) => bitmap !== shown && bitmap.close();
 
   frames.of = (description) => {
     const key = JSON.stringify([description.name, description.width, description.height, description.frames, description.open]);
@@ -22,7 +21,7 @@ export function makeFrames(bench, name = "capture.frame") {
     clip = key;
     count = description.frames;
     room = Math.max(8, Math.floor(BYTES / (4 * description.width * description.height)));
-    kept.forEach(letGo);
+    kept.forEach(drop);
     kept.clear();
     loading.clear();
   };
@@ -34,12 +33,15 @@ export function makeFrames(bench, name = "capture.frame") {
     load();
     const bitmap = kept.get(number) ?? null;
     if (bitmap) {
-      shown = bitmap;
       kept.delete(number);
       kept.set(number, bitmap);
+      shown = bitmap;
     }
     return bitmap;
   };
+
+  // The one that was given last is still on show.
+  const drop = (bitmap) => bitmap !== shown && bitmap.close();
 
   function missing() {
     for (let step = 0; step <= Math.min(AHEAD, room - 2); step++) {
@@ -67,7 +69,7 @@ export function makeFrames(bench, name = "capture.frame") {
       while (kept.size > room) {
         const [oldest, old] = kept.entries().next().value;
         kept.delete(oldest);
-        letGo(old);
+        drop(old);
       }
       frames.came(number);
     } catch (error) {

@@ -88,11 +88,11 @@ export function makeTimeline(el, { went, keyChosen }) {
     }
     context.fillStyle = "rgba(150, 150, 150, 0.25)";
     for (const frame of time.lost) context.fillRect(x(frame - 0.5), TOP, x(1) - x(0), bottom - TOP);
-    for (const { values, first, color } of time.curves) {
+    for (const { values, first, color, chosen } of time.curves) {
       context.beginPath();
       values.forEach((value, t) => context[t ? "lineTo" : "moveTo"](x(t + first), y(value)));
       context.strokeStyle = color;
-      context.lineWidth = 1.6;
+      context.lineWidth = chosen ? 2 : 1.2;
       context.stroke();
     }
     for (const { frame, value } of time.worst) {

@@ -105,8 +105,9 @@ export function paintLine(context, view, points, { color, closed = true, width =
   context.setLineDash([]);
 }
 
-// Dots on points, at least 9 pixels of the screen apart; what lies between can be caught all the same.
-export function paintDots(context, view, points, { color, radius = 4, marked = -1 }) {
+// Dots on points, at least 9 pixels of the screen apart; what lies between can be caught all the same.  Without a colour
+// of their own they go round the colours, so that the same colour is the same place in all drawings of a part.
+export function paintDots(context, view, points, { color = "", radius = 4, marked = -1 }) {
   let last = null;
   points.forEach((point, n) => {
     const [x, y] = view.toScreen(point);
@@ -114,10 +115,15 @@ export function paintDots(context, view, points, { color, radius = 4, marked = -
     last = [x, y];
     context.beginPath();
     context.arc(x, y, n === marked ? radius + 3 : radius, 0, 2 * Math.PI);
-    context.fillStyle = n === marked ? "#fff" : color;
+    context.fillStyle = n === marked ? "#fff" : color || `hsl(${(360 * n) / points.length} 85% 62%)`;
     context.strokeStyle = "rgba(0, 0, 0, 0.7)";
     context.lineWidth = 1.5;
     context.fill();
     context.stroke();
+    if (n === marked) {
+      context.font = "12px system-ui, sans-serif";
+      context.strokeText(n, x + 9, y - 9);
+      context.fillText(n, x + 9, y - 9);
+    }
   });
 }

@@ -2,8 +2,8 @@
 // A plain ES module after anywidget's front-end contract: the same in a page of its own and in a notebook.
 //
 // A desk is a module with `title` and mount(el, bench) -> {changed(sections), key(event), shown(), hidden()}:
-// `changed` is called after every change of the state (bench.state holds all of it), `key` may return true where it took
-// a key, `shown` and `hidden` when its tab comes and goes.
+// `changed` is called after every change of the state (bench.state holds all of it) while the desk is seen, `shown` and
+// `hidden` when its tab comes and goes; `key` returns true where it took a key.
 import { makeBench } from "./bench.js";
 import * as capture from "./capture.js";
 import { button, fill, make } from "./dom.js";
@@ -55,8 +55,8 @@ function render({ model, el }) {
   const isOpen = () => Boolean(bench.state.folder?.at?.open);
 
   let timer = 0;
-  function say(sentence, stays = false, good = false) {
-    said.textContent = sentence;
+  function say(sentence, { stays = false, good = false, more = [] } = {}) {
+    fill(said, sentence, ...more);
     said.classList.toggle("good", good);
     said.hidden = !sentence;
     clearTimeout(timer);
@@ -64,8 +64,11 @@ function render({ model, el }) {
   }
 
   bench.on("refused", (sentence) => say(sentence));
-  bench.on("told", (event) => say(event.sentence));
-  bench.on("connection", ({ open }) => say(open ? "" : "The workbench is not running: start it again, this page will find it.", !open));
+  bench.on("told", (event) => {
+    const again = button("Read it again", "", () => (say(""), bench.act("reload")));
+    say(event.sentence, { stays: true, more: [again] });
+  });
+  bench.on("connection", ({ open }) => say(open ? "" : "The workbench is not running: start it again, this page will find it.", { stays: !open }));
   bench.on("progress", ({ label, done, total }) => {
     const share = total ? ` ${done} of ${total}` : "…";
     const meter = make("progress", { "aria-label": label, ...(total ? { max: total, value: done } : {}) });
@@ -74,7 +77,7 @@ function render({ model, el }) {
   });
   bench.on("ended", ({ sentence, made }) => {
     work.hidden = true;
-    if (sentence) say(sentence === "stopped" ? "Stopped; what is done is kept." : sentence, false, made);
+    if (sentence) say(sentence === "stopped" ? "Stopped; what is done is kept." : sentence, { good: made });
   });
   bench.on("state", (changed) => {
     const wasOpen = !start.hidden;
@@ -89,8 +92,8 @@ function render({ model, el }) {
     redo.title = bench.redo ? `Redo: ${bench.redo} (Ctrl+Shift+Z)` : "Nothing to redo";
     work.hidden = work.hidden || !bench.running;
     panel.changed(changed);
-    for (const { desk } of Object.values(desks)) desk.changed?.(changed);
     if (!current || wasOpen !== !isOpen()) choose(current || firstDesk());
+    else if (isOpen()) desks[current].desk.changed?.(changed);
   });
 
   root.addEventListener("keydown", (event) => {

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from capture.pictures.shot import read_shot
+from capture.pictures.shot import Part, read_shot
+from retarget.workbench.session import Session
 
 
 def test_every_action_is_on_disk_when_it_is_answered(hop, session, folder):
@@ -178,3 +179,10 @@ def test_opening_something_else_keeps_what_was_done_and_begins_a_new_past(hop, s
     assert session.state.name == "jump" and not session.history.past
     hop.done(session, "folder.open", file="hop.shot.toml")
     assert [part.name for part in session.state.shot.parts] == ["character", "hat"]
+
+
+def test_a_page_gets_every_field_of_a_part_also_of_one_read_from_a_file(folder):
+    (folder / "other.shot.toml").write_text('clip = "hop.mp4"\n[[parts]]\nname = "bean"\n[[parts.keys]]\nframe = 2\n')
+    (part,) = Session(folder, "other.shot.toml").shown()["changed"]["capture"]["parts"]
+    assert set(part) == set(Part.__dataclass_fields__) and part["box"] is None and list(part["inside"]) == []
+    assert set(part["keys"][0]) == {"name", "frame", "outline"}
