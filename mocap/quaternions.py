@@ -73,7 +73,9 @@ def from_vector(vector: NDArray) -> NDArray:
 
 def steady(q: NDArray) -> NDArray:
     """The same turns (4, ..., T), with signs such that over time none jumps to its negative."""
-    agree = (q[..., 1:] * q[..., :-1]).sum(axis=0)
+    agree = np.einsum("i...t,i...t->...t", q[..., 1:], q[..., :-1])
+    if (agree >= 0).all():
+        return q
     signs = np.cumprod(np.where(agree < 0, -1.0, 1.0), axis=-1)
     return np.concatenate([q[..., :1], q[..., 1:] * signs], axis=-1)
 

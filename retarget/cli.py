@@ -8,7 +8,19 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError, Parameter
 
-from retarget.commands import capturing, exaggerating, lending, many, moving, proposing, start, working
+from retarget.commands import (
+    capturing,
+    exaggerating,
+    lending,
+    many,
+    moving,
+    playing,
+    posing,
+    proposing,
+    rubbering,
+    start,
+    working,
+)
 from retarget.console import Failed, not_shadowed, one_line
 
 COMMANDS: tuple[Callable[..., str], ...] = (
@@ -20,7 +32,12 @@ COMMANDS: tuple[Callable[..., str], ...] = (
     proposing.propose,
     working.workbench,
 )
-MOCAP: tuple[Callable[..., str], ...] = (moving.report,)
+MOCAP: tuple[Callable[..., str], ...] = (
+    moving.report,
+    rubbering.exaggerate,
+    playing.play,
+    posing.pose,
+)
 """The subcommands of `tooncap mocap`."""
 
 

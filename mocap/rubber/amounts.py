@@ -63,8 +63,8 @@ def body_parts(subjoints: SubJoints) -> NDArray:
 
 def _longest(v: NDArray, d: NDArray, bound: NDArray) -> NDArray:
     """The largest s (T, L) for which ways v + s d (T, L, 3) are no longer than `bound` (L,); 0 where v is longer."""
-    a, b = (d * d).sum(axis=-1), (v * d).sum(axis=-1)
-    c = np.maximum(bound**2 - (v * v).sum(axis=-1), 0)
+    a, b, vv = (np.einsum("tli,tli->tl", *both) for both in ((d, d), (v, d), (v, v)))
+    c = np.maximum(bound**2 - vv, 0)
     root = np.sqrt(b * b + a * c)
     # the larger root of a s^2 + 2 b s = c, written so that nothing cancels
     larger = np.where(b > 0, c / np.maximum(b + root, 1e-300), (root - b) / np.maximum(a, 1e-300))

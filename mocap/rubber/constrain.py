@@ -2,7 +2,7 @@
 
 A limb is a chain of sub-joints from the body to the tip.  After Nealen et al. (2007) its shape is kept as well as may
 be: each inner sub-joint keeps its Laplacian, what it sticks out beyond the line of its neighbours, turned along with
-the chain, while the chain's start and the goals are met exactly.  The matrices depend on which goals are held only.
+the limb, while the chain's start and the goals are met exactly.  The matrices depend on which goals are held only.
 Links may stretch: that is what rubber is for.
 """
 
@@ -15,9 +15,6 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from mocap.rubber.subjoints import SubJoints
-
-ROUNDS = 3
-"""How often the Laplacians are turned after the chain."""
 
 BLEND = 0.1
 """Seconds in which a goal takes hold, and in which it lets go."""
@@ -48,7 +45,7 @@ def constrained(positions: NDArray, subjoints: SubJoints, goals: Sequence[Goal])
     """Sub-joints (T, S, 3) with every goal met; what hangs on a moved limb goes along with it.
 
     Goals of one limb are met together.  In frames that hold several goals partly, the limbs bent for each set of
-    them are mixed, so that a goal held wholly stays met while another lets go.
+    them are mixed, so that a goal held wholly stays met while another lets go; goals that are held alike are one set.
     """
     moved = positions.copy()
     for limb in _limbs(subjoints, goals):
@@ -57,13 +54,14 @@ def constrained(positions: NDArray, subjoints: SubJoints, goals: Sequence[Goal])
         busy = np.flatnonzero(np.max([goal.hold for goal in limb], axis=0) > 0)
         start = moved[busy][:, chain]
         share = np.zeros((len(busy), len(chain), 3))
-        for choice in product((False, True), repeat=len(limb)):
-            weight = np.prod([_held(goal.hold[busy], on) for goal, on in zip(limb, choice)], axis=0)
+        together = _alike([goal.hold for goal in limb])
+        for choice in product((False, True), repeat=max(together) + 1):
+            weight = np.prod([_held(limb[together.index(k)].hold[busy], on) for k, on in enumerate(choice)], axis=0)
             if not any(choice) or not weight.any():
                 continue
             on = np.flatnonzero(weight)
-            nodes = [chain.index(end) for end, chosen in zip(ends, choice) if chosen]
-            places = np.stack([goal.places[busy[on]] for goal, chosen in zip(limb, choice) if chosen], axis=1)
+            nodes = [chain.index(end) for end, k in zip(ends, together) if choice[k]]
+            places = np.stack([goal.places[busy[on]] for goal, k in zip(limb, together) if choice[k]], axis=1)
             share[on] += weight[on, None, None] * (bent(start[on], nodes, places) - start[on])
         shift = np.zeros((len(busy), len(subjoints.parents), 3))
         shift[:, chain] = share
@@ -78,16 +76,12 @@ def bent(chain: NDArray, nodes: Sequence[int], places: NDArray) -> NDArray:
     goal = np.concatenate([chain[:, :1], places], axis=1)
     lengths = np.maximum(np.linalg.norm(np.diff(chain, axis=1), axis=-1).mean(axis=0), 1e-9)
     laplace = _laplacian(lengths)
-    kept = np.einsum("ln,tnd->tld", laplace, chain)
+    turned = _turned(np.matmul(laplace, chain), fixed, chain[:, fixed], goal)
     free = np.setdiff1d(np.arange(chain.shape[1]), fixed)
     solve = np.linalg.pinv(laplace[:, free])  # what is free follows from what is fixed
-    curve = chain
-    for _ in range(ROUNDS):
-        turned = kept if curve is chain else _turned(kept, chain, curve)
-        left = turned - np.einsum("lf,tfd->tld", laplace[:, fixed], goal)
-        curve = np.empty_like(chain)
-        curve[:, fixed] = goal
-        curve[:, free] = np.einsum("fl,tld->tfd", solve, left)
+    curve = np.empty_like(chain)
+    curve[:, fixed] = goal
+    curve[:, free] = np.matmul(solve, turned - np.matmul(laplace[:, fixed], goal))
     return curve
 
 
@@ -104,6 +98,12 @@ def easing(frames: NDArray, fps: float, blend: float = BLEND) -> NDArray:
 
 def _held(hold: NDArray, on: bool) -> NDArray:
     return hold if on else 1 - hold
+
+
+def _alike(holds: list[NDArray]) -> list[int]:
+    """A number for each of several curves (T,), from 0 on; the same for those that are the same."""
+    first = [next(k for k, other in enumerate(holds) if np.array_equal(hold, other)) for hold in holds]
+    return [sorted(set(first)).index(k) for k in first]
 
 
 def _carried_on(places: NDArray, frames: NDArray) -> NDArray:
@@ -129,19 +129,30 @@ def _laplacian(lengths: NDArray) -> NDArray:
     return rows
 
 
-def _turned(vectors: NDArray, chain: NDArray, curve: NDArray) -> NDArray:
-    """Vectors (T, n - 1, 3) at points of a chain, turned as the chain's direction there turned to the curve's."""
-    first, second = _directions(chain), _directions(curve)
-    axis, cosine = np.cross(first, second), (first * second).sum(axis=-1, keepdims=True)
-    across = np.cross(axis, vectors)
-    # Rodrigues' formula with sin = |axis|; where a link turns right round there is no one way: it stays
-    return vectors + across + np.cross(axis, across) / np.maximum(1 + cosine, 0.05)
+def _turned(vectors: NDArray, fixed: NDArray, before: NDArray, after: NDArray) -> NDArray:
+    """Vectors (T, n - 1, 3) at points of a chain, turned as the line between the fixed points around them was turned.
+
+    Turned after the chain's own directions instead, round after round, a leg that is pressed together throws loops.
+    """
+    stretch = np.clip(np.searchsorted(fixed, np.arange(vectors.shape[1]), side="right") - 1, 0, len(fixed) - 2)
+    first, second = (_unit(np.diff(points, axis=1))[:, stretch] for points in (before, after))
+    axis, cosine = _cross(first, second), np.einsum("tnd,tnd->tn", first, second)[..., None]
+    across = _cross(axis, vectors)
+    # Rodrigues' formula with sin = |axis|; where a line turns right round there is no one way: it stays
+    return vectors + across + _cross(axis, across) / np.maximum(1 + cosine, 0.05)
 
 
-def _directions(curve: NDArray) -> NDArray:
-    """Unit tangents (T, n - 1, 3) at all points but the last: the first link's, then central differences."""
-    tangents = np.concatenate([curve[:, 1:2] - curve[:, :1], curve[:, 2:] - curve[:, :-2]], axis=1)
-    return tangents / np.maximum(np.linalg.norm(tangents, axis=-1, keepdims=True), 1e-12)
+def _cross(a: NDArray, b: NDArray) -> NDArray:
+    """Cross products (..., 3); NumPy's own takes twice as long."""
+    result = np.empty_like(a)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        result[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
+    return result
+
+
+def _unit(vectors: NDArray) -> NDArray:
+    return vectors / np.maximum(np.sqrt(np.einsum("tnd,tnd->tn", vectors, vectors)), 1e-12)[..., None]
 
 
 def _limbs(subjoints: SubJoints, goals: Sequence[Goal]) -> list[list[Goal]]:
@@ -159,15 +170,16 @@ def _depth(subjoints: SubJoints, joint: int) -> int:
 
 def _base(subjoints: SubJoints, end: int) -> int:
     """Where the limb of a sub-joint begins: the start of its rubber-joint group, or the next fork towards the root."""
-    joint = int(subjoints.joint[end])
-    for group in subjoints.groups:
-        if joint in group[1:]:
-            return int(subjoints.ends[group[0]])
-    forks = {p for p in subjoints.skeleton.parents if subjoints.skeleton.parents.count(p) > 1}
     parents = subjoints.skeleton.parents
-    above = parents[joint]
-    while above >= 0 and above not in forks and parents[above] >= 0:
+    forks = {p for p in parents if parents.count(p) > 1}
+    above = joint = int(subjoints.joint[end])
+    while above >= 0:
+        for group in subjoints.groups:
+            if above in group[1:]:  # it, or what it hangs on as toes do on an ankle
+                return int(subjoints.ends[group[0]])
         above = parents[above]
+        if above in forks or (above >= 0 and parents[above] < 0):
+            break
     if above < 0:
         raise InputError(
             f"a goal must be for a joint that hangs on others, {subjoints.skeleton.names[joint]} is a root: "

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capture.errors import InputError
+from mocap.ends import travel_of
 
 CALM = 0.04
 """Seconds: what goes to and fro quicker is noise in mocap of 75 frames a second and more."""
@@ -26,6 +27,7 @@ def exaggerated(
     calm: ArrayLike | None = None,
     parents: tuple[int, ...] | None = None,
     loop: bool = False,
+    travel: NDArray | None = None,
 ) -> NDArray:
     """Places (T, J, 3) exaggerated `omega` times, e = j + (omega - 1) (j * g_calm - j * g_sigma).
 
@@ -34,7 +36,7 @@ def exaggerated(
     its parent, and its omega acts on the way from there.  Where all joints have one omega that changes nothing.
     """
     calm = calm_of(fps, sigma) if calm is None else calm
-    return pushed(positions, deviation(positions, fps, sigma, calm, loop), omega, parents)
+    return pushed(positions, deviation(positions, fps, sigma, calm, loop, travel), omega, parents)
 
 
 def extrapolated(
@@ -58,11 +60,16 @@ def calm_of(fps: float, sigma: ArrayLike = 0.15) -> NDArray:
 
 
 def deviation(
-    positions: NDArray, fps: float, sigma: ArrayLike = 0.15, calm: ArrayLike = 0.0, loop: bool = False
+    positions: NDArray,
+    fps: float,
+    sigma: ArrayLike = 0.15,
+    calm: ArrayLike = 0.0,
+    loop: bool = False,
+    travel: NDArray | None = None,
 ) -> NDArray:
     """How far places (T, J, 3), averaged over `calm` seconds, are from their average over `sigma` (eqs. 2 and 3).
 
-    In a loop the frame after the last is the first, further on by as much as the body has travelled.
+    In a loop the frame after the last is the first, `travel` (3,) further on, or as far as the first joint goes.
     """
     shape = positions.shape[:2]
     wide, narrow = _fitting(sigma, shape, "sigma") * fps, _fitting(calm, shape, "calm") * fps
@@ -70,7 +77,7 @@ def deviation(
         raise InputError("sigma and calm must be seconds, 0 or more, a negative one came: take its size")
     if len(positions) < 3:
         return np.zeros_like(positions)
-    rest = positions - _straight(positions, loop)
+    rest = positions - _straight(positions, loop, travel)
     if any(width.ndim == 2 and len(width) > 1 for width in (narrow, wide)):
         narrow, wide = np.broadcast_to(narrow, shape), np.broadcast_to(wide, shape)
         return _averaged_in_time(rest, narrow, loop) - _averaged_in_time(rest, wide, loop)
@@ -97,7 +104,7 @@ def averaged(curves: NDArray, width: float, loop: bool = False) -> NDArray:
     flat = np.asarray(curves, float).reshape(len(curves), -1, 1)
     if len(flat) < 3:
         return flat.reshape(np.shape(curves))
-    straight = _straight(flat, loop)
+    straight = _straight(flat, loop, np.zeros(1))
     return (straight + _averaged(flat - straight, np.array(width), loop)).reshape(np.shape(curves))
 
 
@@ -115,22 +122,12 @@ def _fitting(values: ArrayLike, shape: tuple[int, int], name: str) -> NDArray:
     return values
 
 
-def _straight(positions: NDArray, loop: bool) -> NDArray:
-    """What is not averaged (T, J, 3): the line between the ends; in a loop, how the body travels."""
+def _straight(positions: NDArray, loop: bool, travel: NDArray | None) -> NDArray:
+    """What is not averaged (T, J, 3): the line between the ends; in a loop, how the body travels, alike for all."""
     along = np.linspace(0, 1, len(positions))[:, None, None]
-    first, last = positions[0], positions[-1]
     if not loop:
-        return (1 - along) * first + along * last
-    steps = np.diff(positions, axis=0)
-    near, far = steps[0] + steps[-1], steps[min(1, len(steps) - 1)] + steps[-min(2, len(steps))]
-    around = (
-        last - first + (4 * near - far) / 6
-    )  # with the step back to the first frame: a cubic through its neighbours
-    travel = around.mean(axis=0)
-    if np.linalg.norm(travel) <= 2 * np.linalg.norm(steps, axis=-1).mean():  # it ends where it began, but for a step
-        return np.zeros((1, 1, 1))
-    along_with = np.linalg.norm(around, axis=-1, keepdims=True) > 0.5 * np.linalg.norm(travel)
-    return along * (1 - 1 / len(positions)) * np.where(along_with, travel, 0.0)
+        return (1 - along) * positions[0] + along * positions[-1]
+    return along * (1 - 1 / len(positions)) * (travel_of(positions[:, 0]) if travel is None else travel)
 
 
 def _averaged(rest: NDArray, widths: NDArray, loop: bool, less: NDArray | None = None) -> NDArray:

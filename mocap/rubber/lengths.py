@@ -94,7 +94,7 @@ def corrected(
 
 def _slowed(value: NDArray, low: float, high: float, soft: float) -> NDArray:
     """Values kept between bounds; with `soft` they near them as 1 - exp(-x) nears 1."""
-    if soft == 0:
+    if soft < 1e-6:  # no room to slow down in
         return np.clip(value, low, high)
     result = np.array(value)
     for bound, sign in ((high, 1.0), (-low, -1.0)):

@@ -16,6 +16,9 @@ from mocap.skeleton import Skeleton
 BIND = 0.02
 """How much a joint with several children goes along with what it hangs on, beside how much it follows them all."""
 
+PRESSED = 0.1
+"""Times its whole link below which a sub-link's direction counts for less: in the cusp of a curve it has none."""
+
 
 def orientations(positions: NDArray, subjoints: SubJoints, joints: NDArray, turns: NDArray) -> NDArray:
     """Turns (T, S, 4) of sub-joints at positions (T, S, 3), whose joints were at `joints` (T, J, 3), turned (T, J, 4).
@@ -36,7 +39,7 @@ def orientations(positions: NDArray, subjoints: SubJoints, joints: NDArray, turn
         if along < 1:
             parent = skeleton.parents[joint]
             was = quat.product(turns[parent], quat.about(_unit(skeleton.offsets[joint]), along * twists[joint]))
-            more = quat.between(old[joint] - old[parent], new[following[joint, s]] - new[s])
+            more = _turn_of(old[joint] - old[parent], new[following[joint, s]] - new[s], before)
         else:
             was = turns[joint]
             ways = [(old[c] - old[joint], new[following[c, s]] - new[s]) for c in out[joint]]
@@ -44,12 +47,22 @@ def orientations(positions: NDArray, subjoints: SubJoints, joints: NDArray, turn
                 weights = [np.linalg.norm(skeleton.offsets[c]) for c in out[joint]]
                 more = _nearest_turn(*(np.array(side) for side in zip(*ways)), np.array(weights), before)
             elif ways:
-                more = quat.between(*ways[0])
+                more = _turn_of(*ways[0], before)
             else:
                 more = _none(turns[joint]) if before is None else before
         correction.append(more)
         result[s] = quat.product(more, was)
     return np.ascontiguousarray(quat.steady(result.swapaxes(0, 1)).transpose(2, 1, 0))
+
+
+def _turn_of(first: NDArray, second: NDArray, before: NDArray | None) -> NDArray:
+    """The smallest turn (4, T) from ways (3, T) to others; a sub-link pressed to nothing goes on as those before it."""
+    if before is None:
+        return quat.between(first, second)
+    short = np.sqrt((second * second).sum(axis=0)) / np.maximum(np.sqrt((first * first).sum(axis=0)), 1e-12)
+    if (short < PRESSED).any():
+        second = second + np.maximum(PRESSED - short, 0) * quat.turned(before, first)
+    return quat.between(first, second)
 
 
 def _ways_out(skeleton: Skeleton) -> list[list[int]]:

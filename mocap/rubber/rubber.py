@@ -10,8 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capture.errors import InputError
 from mocap import quaternions as quat
-from mocap.rubber import amounts, exaggerate, lengths, subjoints
+from mocap.ends import travel_of
+from mocap.rubber import amounts, collide, exaggerate, hips, lengths, soles, subjoints
+from mocap.rubber import feet as standing
 from mocap.rubber import squash as squashing
 from mocap.rubber.orient import orientations
 from mocap.rubber.subjoints import SubJoints
@@ -19,6 +22,9 @@ from mocap.skeleton import Skeleton, SkeletonMotion
 
 SOFT = 0.5
 """The last half of the way to the longest and shortest that a link may be is taken ever more slowly."""
+
+SETTLE = 0.2
+"""Seconds in which a foot comes down to where it was captured; in 0.1 steps jerk twice as much as exaggerated."""
 
 JOLT = 6.0
 """A first pose from which all joints jump so many times further than ever after is no part of the motion."""
@@ -47,35 +53,49 @@ def make_rubber(
     squash: float = 0.5,
     hose: float = 1.0,
     follow: float = 0.0,
-    feet: Sequence[int] = (),
+    feet: Sequence[int] | None = None,
     contacts: NDArray | None = None,
+    apart: bool = False,
     calm: ArrayLike | None = None,
     loop: bool = False,
 ) -> RubberMotion:
     """Exaggerate an upright motion and bend its limbs.
 
-    `omega` is how much, for all or for each joint, over time too (see `exaggerate`); without it each part of the body
-    is exaggerated as much as keeps its links within `most_stretch` times their length, at most `amounts.MOST` times.
+    `omega` is how much, for all or for each joint, over time too (see `exaggerate`); where it is nan or not given, each
+    part of the body is exaggerated as much as keeps its links within `most_stretch` times their length.
     `sigma` is the seconds of the average that is exaggerated against, `squash` 0 to 1 how much stretch takes turns
     with squash, `hose` 0 to 1 how round limbs bend, `follow` 0 to 1 how much of the springs' swing is taken.  The
-    joints `feet` (F,) stay where they were captured while in contact (T, F), and go no lower than they ever were.
+    joints `feet` (F,) stay where they were captured while in `contacts` (T, F), and go no lower than they ever were;
+    not given, they are found; an empty list lets feet go where they will.  `apart` keeps limbs from going through each
+    other further than they were captured to; it takes several times as long as all else.
     """
-    motion = rooted(motion)
+    if not most_stretch >= 1:
+        raise InputError(
+            f"links may become 1 or more times as long as they are, not {most_stretch:g}: choose such as 1.6"
+        )
     if posed_first(motion):
-        rest = None if contacts is None else contacts[1:]
-        later = motion.part(1, len(motion))
-        later = make_rubber(later, omega, sigma, most_stretch, squash, hose, follow, feet, rest, calm, loop)
-        return _joined(plain(motion.part(0, 1), hose), later, motion)
+        omega, sigma, contacts, calm = (_later(values, len(motion)) for values in (omega, sigma, contacts, calm))
+        own = (omega, sigma, most_stretch, squash, hose, follow, feet, contacts, apart, calm, loop)
+        return _joined(plain(motion.part(0, 1), hose), make_rubber(motion.part(1, len(motion)), *own), rooted(motion))
+    motion = rooted(motion)
     parts = subjoints.subdivide(motion.skeleton)
     captured, turns = joints_of(motion)
     calm = exaggerate.calm_of(motion.fps, sigma) if calm is None else calm
-    deviations = exaggerate.deviation(captured, motion.fps, sigma, calm, loop)
-    omega = amounts.omega_of(captured, deviations, parts, most_stretch) if omega is None else omega
+    travel = travel_of(captured[:, _goer(motion, captured)]) if loop else None
+    deviations = exaggerate.deviation(captured, motion.fps, sigma, calm, loop, travel)
+    deviations[:, np.ptp(captured, axis=0).max(axis=-1) == 0] = 0  # a root that stays on the floor
+    omega = np.asarray(np.nan if omega is None else omega, float)
+    if np.isnan(omega).any():
+        omega = np.where(np.isnan(omega), amounts.omega_of(captured, deviations, parts, most_stretch), omega)
     pushed = exaggerate.pushed(captured, deviations, omega, motion.skeleton.parents)
     pushed = _in_bounds(pushed, motion, most_stretch, squash, loop)
     placed = subjoints.place(subjoints.placing(parts, hose), pushed)
-    placed = _swinging(placed, parts, motion.fps, follow, loop)
-    placed = _standing(placed, parts, captured, feet, contacts, motion.fps)
+    placed = _swinging(placed, parts, motion.fps, follow, loop, travel)
+    feet, contacts = soles.found(motion, captured) if feet is None else (feet, contacts)
+    placed = _standing(placed, parts, captured, feet, contacts, motion.fps, most_stretch)
+    if apart:
+        placed = collide.pushed_apart(placed, captured, parts, motion.fps)
+        placed = _kept(placed, parts, captured, feet, contacts, motion.fps)
     return finished(motion, parts, placed, captured, turns)
 
 
@@ -103,13 +123,31 @@ def joints_of(motion: SkeletonMotion) -> tuple[NDArray, NDArray]:
     return places.transpose(2, 0, 1), turns.transpose(2, 0, 1)
 
 
+def on_skeleton(made: RubberMotion) -> SkeletonMotion:
+    """The rubber motion as one of an ordinary skeleton with the sub-joints as joints, each turned and moved (6 DOF)."""
+    parts, parents = made.subjoints, made.subjoints.parents
+    pieces = np.bincount(parts.joint, minlength=len(parts.skeleton))
+    skeleton = Skeleton(parts.names(), parents, (parts.skeleton.offsets / pieces[:, None])[parts.joint])
+    places, turns = (np.ascontiguousarray(array.transpose(1, 2, 0)) for array in (made.positions, made.rotation))
+    translation, rotation = places.copy(), turns.copy()
+    for s, parent in enumerate(parents):
+        if parent >= 0:
+            back = quat.inverse(turns[parent])
+            translation[s] = quat.turned(back, places[s] - places[parent])
+            rotation[s] = quat.product(back, turns[s])
+    source = made.source
+    return SkeletonMotion(
+        skeleton, translation.transpose(2, 0, 1), rotation.transpose(2, 0, 1), source.fps, source.notes
+    )
+
+
 def rooted(motion: SkeletonMotion) -> SkeletonMotion:
     """The motion with each joint that moves freely against its parent made a root, and links as long as they are.
 
     Some files hang moving hips on a root that stays on the floor: what lies between them is no link.
     """
     skeleton, parents = motion.skeleton, np.array(motion.skeleton.parents)
-    middle = np.median(motion.translation, axis=0)
+    middle = np.median(motion.translation[:: max(len(motion) // 100, 1)], axis=0)
     away = np.abs(motion.translation - middle).max(axis=(0, 2))
     body = np.linalg.norm(middle[parents >= 0], axis=1).sum()
     free = (parents >= 0) & (away > 0.01 * body)
@@ -130,8 +168,8 @@ def posed_first(motion: SkeletonMotion) -> bool:
     """Whether the first frame is a pose that somebody set before the motion, as a T-pose is in many CMU files."""
     if len(motion) < 4:
         return False
-    turn = np.abs((motion.rotation[1:] * motion.rotation[:-1]).sum(axis=-1)).clip(max=1)
-    jumps = np.arccos(turn).mean(axis=1)
+    cosine = np.einsum("tji,tji->tj", motion.rotation[1:], motion.rotation[:-1])
+    jumps = np.sqrt(np.maximum(1 - cosine**2, 0)).mean(axis=1)  # sines of half the angles
     return bool(jumps[0] > JOLT * jumps[1:].max() and jumps[0] > 0.05)
 
 
@@ -145,24 +183,62 @@ def _in_bounds(pushed: NDArray, motion: SkeletonMotion, most_stretch: float, squ
     return lengths.stretched(pushed, parents, rest, ratio)
 
 
-def _swinging(placed: NDArray, parts: SubJoints, fps: float, share: float, loop: bool) -> NDArray:
+def _later(values: ArrayLike | None, count: int) -> ArrayLike | None:
+    """What is given for every frame of `count`, without the first."""
+    return values[1:] if np.ndim(values) == 2 and len(values) == count else values
+
+
+def _goer(motion: SkeletonMotion, captured: NDArray) -> int:
+    """The root that goes furthest: some files leave one on the floor."""
+    roots = [joint for joint, parent in enumerate(motion.skeleton.parents) if parent < 0]
+    return max(roots, key=lambda joint: np.ptp(captured[:, joint], axis=0).max())
+
+
+def _swinging(
+    placed: NDArray, parts: SubJoints, fps: float, share: float, loop: bool, travel: NDArray | None
+) -> NDArray:
     if not share:
         return placed
     from mocap.rubber import followthrough
 
-    return placed + share * (followthrough.follow(placed, parts.parents, fps, loop=loop) - placed)
+    return placed + share * (followthrough.follow(placed, parts.parents, fps, loop=loop, travel=travel) - placed)
 
 
 def _standing(
-    placed: NDArray, parts: SubJoints, captured: NDArray, feet: Sequence[int], contacts: NDArray | None, fps: float
+    placed: NDArray,
+    parts: SubJoints,
+    captured: NDArray,
+    feet: Sequence[int],
+    contacts: NDArray | None,
+    fps: float,
+    most_stretch: float,
 ) -> NDArray:
     if not len(feet):
         return placed
-    from mocap.rubber import feet as standing
-
     if contacts is not None:
-        placed = standing.kept(placed, parts, captured, feet, contacts, fps)
-    return standing.above(placed, parts, feet, captured)
+        placed = hips.carried(placed, parts, captured, feet, contacts, fps, most_stretch, SETTLE)
+    floor = captured[..., 1].min()
+    hands = [group[-1] for group in parts.groups if group[-1] not in feet]
+    placed = standing.above(placed, parts, _with_what_hangs_on(parts.skeleton, feet), captured, fps)
+    placed = standing.above(placed, parts, hands, captured, fps, floor=floor)
+    placed = _kept(placed, parts, captured, feet, contacts, fps)
+    between = parts.along < 1  # nor does a bent shin go through the floor
+    placed[:, between, 1] = np.maximum(placed[:, between, 1], floor)
+    return placed
+
+
+def _with_what_hangs_on(skeleton: Skeleton, joints: Sequence[int]) -> list[int]:
+    found = set(joints)
+    for child, parent in enumerate(skeleton.parents):
+        if parent in found:
+            found.add(child)
+    return sorted(found)
+
+
+def _kept(
+    placed: NDArray, parts: SubJoints, captured: NDArray, feet: Sequence[int], contacts: NDArray | None, fps: float
+) -> NDArray:
+    return placed if contacts is None else standing.kept(placed, parts, captured, feet, contacts, fps, SETTLE)
 
 
 def _joined(first: RubberMotion, later: RubberMotion, source: SkeletonMotion) -> RubberMotion:

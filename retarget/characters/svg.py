@@ -47,6 +47,27 @@ def read_svg(path: str | Path, group: str = "") -> tuple[list[DrawnPath], list[s
     return drawn, sorted(set(notes))
 
 
+def svg_circles(path: str | Path, group: str) -> list[tuple[str, tuple[float, float], str]]:
+    """The circles of the group with the id `group`: their ids, middles in pixels, and what `data-parent` says."""
+    from svgelements import Circle
+
+    def walk(elements: Any, inside: bool) -> None:
+        for element in elements:
+            own = getattr(element, "values", {}).get("attributes", {})
+            if isinstance(element, Circle):
+                if inside and own.get("id"):
+                    m, x, y = element.transform, float(element.cx), float(element.cy)
+                    place = (m.a * x + m.c * y + m.e, m.b * x + m.d * y + m.f)
+                    found.append((str(own["id"]), place, str(own.get("data-parent", ""))))
+            elif isinstance(element, list):
+                walk(element, inside or own.get("id") == group)
+
+    found: list[tuple[str, tuple[float, float], str]] = []
+    root, _ = open_svg(Path(path))
+    walk(_understood(root, Path(path)), False)
+    return found
+
+
 def read_page(path: str | Path) -> tuple[tuple[float, float], list[str]]:
     """An SVG file's own width and height in pixels, and the ids of its outermost groups."""
     root, _ = open_svg(Path(path))

@@ -112,6 +112,8 @@ def _add_joints(file: File, body: Body) -> tuple[list[int], int]:
     made: list[int] = []
     for number, (name, parent) in enumerate(zip(skin.names, skin.parents, strict=True)):
         curves = {"translation": skin.translation[:, number], "rotation": skin.rotation[:, number]}
+        if skin.scale is not None:
+            curves["scale"] = skin.scale[:, number]
         made.append(file.add("nodes", name=name, **{path: values[0].tolist() for path, values in curves.items()}))
         for path, values in curves.items():
             file.animate(made[-1], path, values, stepped)

@@ -31,6 +31,7 @@ class Skin:
     inverse_bind: NDArray  # (J, 3, 4) from the body's own space to the joint's
     joints: NDArray  # (V, 4) int, the joints a vertex follows
     shares: NDArray  # (V, 4), rows sum to 1
+    scale: NDArray | None = None  # (T, J, 3) of joints that are stretched; nothing hangs on such a joint
 
 
 def skin_of(target: Puppet, weights: NDArray) -> Skin:

@@ -14,15 +14,17 @@ FRAMES, FPS = 2700, 120
 
 
 def rows():
-    """The chain without and with springs, and what is spent on captured joints and on turning sub-joints alone."""
+    """All of the chain, and without springs, and without feet that stand; and what turning sub-joints takes alone."""
     motion = _motion()
-    plain, springs = (_best(lambda: rubber.make_rubber(motion, follow=share)) for share in (0.0, 0.5))  # noqa: B023
+    feet = [motion.skeleton.names.index(f"leg {side} {n}") for side in "lr" for n in (3, 4)]
+    left = (np.arange(FRAMES) // 60 % 2 == 0)[:, None]
+    stands = np.concatenate([left, left, ~left, ~left], axis=1)
     made = rubber.make_rubber(motion)
     captured, turns = rubber.joints_of(made.source)
     return {
-        "ms_per_frame": springs,
-        "ms_per_frame_without_springs": plain,
-        "ms_per_frame_joints": _best(lambda: rubber.joints_of(made.source)),
+        "ms_per_frame": _best(lambda: rubber.make_rubber(motion, follow=0.5, feet=feet, contacts=stands)),
+        "ms_per_frame_without_springs": _best(lambda: rubber.make_rubber(motion, feet=feet, contacts=stands)),
+        "ms_per_frame_without_feet": _best(lambda: rubber.make_rubber(motion, feet=())),
         "ms_per_frame_turning": _best(
             lambda: rubber.finished(made.source, made.subjoints, made.positions, captured, turns)
         ),

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap.rubber import lengths, rubber, squash
+from capture.errors import InputError
+from mocap.bvh import read_bvh, write_bvh
+from mocap.rubber import collide, lengths, rubber, squash
 from mocap.skeleton import Skeleton, SkeletonMotion
 
 
@@ -32,7 +34,7 @@ def test_a_figure_that_glides_along_is_left_as_it_is():
 
 def test_links_stay_within_what_they_may_be_stretched():
     motion = _kicking()
-    made = rubber.make_rubber(motion, omega=20, most_stretch=1.5)
+    made = rubber.make_rubber(motion, omega=20, most_stretch=1.5, feet=[])
     skeleton = made.source.skeleton
     ratio = lengths.ratios(made.positions[:, made.subjoints.ends], skeleton.parents, skeleton.lengths())
     assert ratio.max() <= 1.5 and ratio.min() >= 1 / 1.5 and ratio.max() > 1.4 and ratio.min() < 0.95
@@ -49,14 +51,16 @@ def test_what_it_says_of_stretch_and_thickness_is_so():
     np.testing.assert_allclose(kept, 1, atol=0.02)
 
 
-def test_it_commutes_with_turning_and_carrying_the_whole_motion():
+@pytest.mark.parametrize(("turn", "feet"), [((0.3, 1.2, -0.5), ()), ((0, 1.2, 0), None)])
+def test_it_commutes_with_turning_and_carrying_the_whole_motion(turn, feet):
+    """With feet that stand on a floor, turned about the vertical."""
     motion = _kicking()
-    whole = Rotation.from_euler("xyz", [0.3, 1.2, -0.5])
+    whole = Rotation.from_euler("xyz", turn)
     translation, rotation = motion.translation.copy(), motion.rotation.copy()
     translation[:, 0] = whole.apply(translation[:, 0]) + [2, -1, 3]
     rotation[:, 0] = (whole * Rotation.from_quat(rotation[:, 0])).as_quat()
-    here = rubber.make_rubber(motion)
-    there = rubber.make_rubber(replace(motion, translation=translation, rotation=rotation))
+    here = rubber.make_rubber(motion, feet=feet)
+    there = rubber.make_rubber(replace(motion, translation=translation, rotation=rotation), feet=feet)
     moved = whole.apply(here.positions.reshape(-1, 3)).reshape(here.positions.shape) + [2, -1, 3]
     np.testing.assert_allclose(there.positions, moved, atol=1e-6)
     turned = (whole * Rotation.from_quat(here.rotation.reshape(-1, 4))).as_quat().reshape(here.rotation.shape)
@@ -130,6 +134,14 @@ def test_a_standing_foot_stays_where_it_stood():
     np.testing.assert_allclose(made.positions[:, made.subjoints.ends[other]], motion.positions()[:, other], atol=1e-4)
 
 
+def test_nothing_goes_through_the_floor():
+    """A figure that squats a little and is exaggerated much: neither a foot nor a bent shin goes lower than captured."""
+    motion = _kicking()
+    low = motion.positions()[..., 1].min()
+    assert rubber.make_rubber(motion, omega=8, most_stretch=2.5, feet=()).positions[..., 1].min() < low - 0.03
+    assert rubber.make_rubber(motion, omega=8, most_stretch=2.5).positions[..., 1].min() >= low - 1e-9
+
+
 def test_springs_let_tips_swing_and_leave_the_root():
     motion = _kicking()
     stiff, swinging = rubber.make_rubber(motion), rubber.make_rubber(motion, follow=1)
@@ -138,16 +150,103 @@ def test_springs_let_tips_swing_and_leave_the_root():
     assert away[0] == pytest.approx(0, abs=1e-12) and away[foot] > 0.02
 
 
+def test_as_an_ordinary_skeleton_it_has_the_same_places_and_turns():
+    made = rubber.make_rubber(_kicking(), omega=6)
+    motion = rubber.on_skeleton(made)
+    np.testing.assert_allclose(motion.positions(), made.positions, atol=1e-9)
+    turns = Rotation.from_matrix(motion.world()[..., :3].reshape(-1, 3, 3)).as_quat().reshape(made.rotation.shape)
+    np.testing.assert_allclose(np.abs((turns * made.rotation).sum(axis=-1)), 1, atol=1e-9)
+    np.testing.assert_allclose(motion.skeleton.lengths(), made.subjoints.lengths(), atol=1e-12)
+
+
+def test_written_as_bvh_it_reads_the_same(tmp_path):
+    made = rubber.make_rubber(_kicking(), omega=6)
+    write_bvh(rubber.on_skeleton(made), tmp_path / "kick.bvh")
+    back = read_bvh(tmp_path / "kick.bvh")
+    order = [made.subjoints.names().index(name) for name in back.skeleton.names]
+    np.testing.assert_allclose(back.positions(), made.positions[:, order], atol=1e-5)
+
+
+def test_amounts_over_time_leave_out_the_pose_set_before():
+    motion = _kicking()
+    posed = replace(
+        motion,
+        rotation=np.concatenate([_turned_off(motion.rotation[:1]), motion.rotation]),
+        translation=np.concatenate([motion.translation[:1], motion.translation]),
+    )
+    omega = np.linspace(1, 5, len(posed))[:, None]
+    made = rubber.make_rubber(posed, omega)
+    np.testing.assert_allclose(made.positions[1:], rubber.make_rubber(motion, omega[1:]).positions, atol=1e-12)
+
+
+def test_nan_is_as_much_as_is_right_and_numbers_are_kept():
+    motion = _kicking()
+    arm = motion.skeleton.names.index("arm")
+    omega = np.full(len(motion.skeleton), np.nan)
+    omega[[arm, arm + 1, arm + 2]] = 1
+    made = rubber.make_rubber(motion, omega, hose=0, squash=0, feet=())
+    captured, joints = motion.positions(), made.positions[:, made.subjoints.ends]
+    np.testing.assert_allclose(np.diff(joints[:, arm:], axis=1), np.diff(captured[:, arm:], axis=1), atol=1e-9)
+    np.testing.assert_allclose(joints[:, :4], _ends(rubber.make_rubber(motion, hose=0, squash=0, feet=()))[:, :4])
+
+
+def test_limbs_are_kept_from_going_through_each_other():
+    """A leg that swings across the other, exaggerated: with `apart` it goes less deep into it."""
+    motion = _kicking()
+    across = Rotation.from_rotvec(0.25 * np.sin(np.arange(len(motion)) / 12)[:, None] * [0, 0, -1.0])
+    rotation = motion.rotation.copy()
+    rotation[:, 1] = (Rotation.from_quat(rotation[:, 1]) * across).as_quat()
+    motion = replace(motion, rotation=rotation)
+    through, apart = (rubber.make_rubber(motion, omega=5, feet=(), apart=it) for it in (False, True))
+    deep = [collide.overlaps(_ends(it), motion.positions(), motion.skeleton).max() for it in (through, apart)]
+    assert deep[0] > 0.02 and deep[1] < 0.5 * deep[0]
+
+
+def test_a_stretch_that_is_none_is_refused():
+    with pytest.raises(InputError, match="1 or more"):
+        rubber.make_rubber(_kicking(), most_stretch=0.5)
+
+
+@pytest.mark.parametrize("follow", [0.0, 1.0])
+def test_a_walk_of_one_round_stays_a_loop(follow):
+    """Against the middle one of seven rounds that go on: what is made of one round is what is made of it there."""
+    once, many = (_striding(rounds) for rounds in (1, 7))
+    count = len(once)
+    made = rubber.make_rubber(once, loop=True, omega=4, feet=(), follow=follow).positions
+    middle = rubber.make_rubber(many, omega=4, feet=(), follow=follow).positions[3 * count : 4 * count]
+    away = 3 * many.translation[count, 0] * [0, 0, 1]
+    np.testing.assert_allclose(made + away, middle, atol=1e-3)
+
+
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_clips_of_a_few_frames_are_no_error(count):
     made = rubber.make_rubber(_kicking().part(0, count))
     assert len(made) == count and np.isfinite(made.positions).all() and np.isfinite(made.rotation).all()
 
 
+def _ends(made):
+    """Where the joints are (T, J, 3)."""
+    return made.positions[:, made.subjoints.ends]
+
+
 def _turned_off(rotation):
     """All joints turned by a radian."""
     away = Rotation.from_rotvec([0, 0, 1.0])
     return (Rotation.from_quat(rotation.reshape(-1, 4)) * away).as_quat().reshape(rotation.shape)
+
+
+def _striding(rounds, count=72, fps=60):
+    """Rounds of 72 frames in which the hips go 1.2 m, up and down, and limbs swing."""
+    body = _kicking(count).skeleton
+    angle = 2 * np.pi * np.arange(rounds * count) / count
+    translation = np.tile(body.offsets, (len(angle), 1, 1))
+    translation[:, 0, 2] = 1.2 / count * np.arange(len(angle))
+    translation[:, 0, 1] += 0.03 * np.cos(2 * angle)
+    rotation = np.tile([0, 0, 0, 1.0], (len(angle), len(body), 1))
+    for name, size, late in (("thigh", 0.6, 0), ("shin", 0.4, 1), ("other thigh", 0.6, np.pi), ("arm", 0.5, 2)):
+        turn = size * np.sin(angle + late)
+        rotation[:, body.names.index(name)] = Rotation.from_rotvec(turn[:, None] * [1.0, 0, 0]).as_quat()
+    return SkeletonMotion(body, translation, rotation, fps)
 
 
 def _kicking(count=150, fps=60):

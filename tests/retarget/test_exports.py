@@ -135,16 +135,18 @@ def test_a_character_is_in_the_file_or_the_file_is_refused(playing, tmp_path, ki
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_usd_plays_is_what_is_on_the_stage(playing, tmp_path, kind):
     """As usd-core bakes it: of models, figures and pictures every point, of drawings the box of what is seen."""
-    pxr = pytest.importorskip("pxr", reason="USD needs the extra usd")
+    pytest.importorskip("pxr", reason="USD needs the extra usd")
+    from pxr import Usd, UsdGeom, UsdSkel
+
     performance = playing(kind)
-    stage = pxr.Usd.Stage.Open(str(written(performance, tmp_path, "a.usda")))
-    assert pxr.UsdSkel.BakeSkinning(stage.Traverse())
-    meshes = [pxr.UsdGeom.Mesh(prim) for prim in stage.Traverse() if prim.IsA(pxr.UsdGeom.Mesh)]
+    stage = Usd.Stage.Open(str(written(performance, tmp_path, "a.usda")))
+    assert UsdSkel.BakeSkinning(stage.Traverse())
+    meshes = [UsdGeom.Mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
     (role,), height = performance.roles, performance.size[1]
     for t in range(FRAMES):
         there = []
         for mesh in meshes:
-            world = np.array(pxr.UsdGeom.XformCache(t).GetLocalToWorldTransform(mesh.GetPrim()))
+            world = np.array(UsdGeom.XformCache(t).GetLocalToWorldTransform(mesh.GetPrim()))
             if abs(np.linalg.det(world)) > 1e-12:  # else it is another picture's turn
                 there.append(np.array(mesh.GetPointsAttr().Get(t), float) @ world[:3, :3] + world[3, :3])
         there = np.concatenate(there)[:, :2]
