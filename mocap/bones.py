@@ -1,6 +1,6 @@
 """Which stretch of a performer each bone of a marked drawing follows, and how that stretch lies over time."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,7 @@ class Bone:
     joints: tuple[int, int] | None = None  # the performer's joints it follows; None goes with what it hangs on
     across: bool = False  # it follows the line from right to left, as shoulders and hips do
     pointing: bool = True  # it points where the performer's limb does; otherwise it turns by as much from its rest
+    believed: bool = False  # the file's own rest is the performer's, whichever way it has the bone
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +76,8 @@ class Performer:
         return [*up[: above[down[-1]]], *down[::-1]]
 
 
-def performer(motion: SkeletonMotion | RubberMotion, turning: bool = True) -> Performer:
-    """A motion ready to be looked at; the viewer goes round with the performer if `turning`."""
+def performer(motion: SkeletonMotion | RubberMotion, turning: bool = True, sided: bool = True) -> Performer:
+    """A motion ready to be looked at; the viewer goes round with the performer if `turning` and it is `sided`."""
     if isinstance(motion, RubberMotion):
         source, sub = motion.source, motion.subjoints
         positions, thickness = motion.positions, motion.thickness
@@ -92,7 +93,7 @@ def performer(motion: SkeletonMotion | RubberMotion, turning: bool = True) -> Pe
     skeleton = source.skeleton
     rest = _rest(skeleton)
     heading = np.zeros(len(positions))
-    pairs = _sides(skeleton, positions[:, ends])
+    pairs = _sides(skeleton, positions[:, ends]) if sided else []
     if pairs:
         own = float(viewing.headings(rest[None], pairs, 1.0)[0])
         rest = viewing.turned(rest[None], np.array([own]))[0]
@@ -110,6 +111,9 @@ def cast_marks(motion: SkeletonMotion | RubberMotion, marks: Marks, views: Views
     skeleton = motion.source.skeleton if isinstance(motion, RubberMotion) else motion.skeleton
     pairs, told = marking.matched(marks, skeleton, _joints(motion))
     bones = tuple(_bone(joint, marks, pairs) for joint in range(len(marks)) if marks.lengths()[joint] > 0)
+    if marking.named_alike(marks, skeleton):  # no figure: it has no sides, and stands as its file says
+        bones = tuple(replace(bone, believed=True) for bone in bones)
+        views = views or viewing.STILL
     if views is None:
         acting = performer(motion)
         seen = {
@@ -153,6 +157,8 @@ def _at_rest(bone: Bone, pieces: NDArray, vectors: NDArray) -> NDArray:
     """
     belongs = np.eye(3)[0 if bone.across else 1 if bone.part == "trunk" else 2]
     whole = pieces.sum(axis=0)
+    if bone.believed:
+        belongs = whole / max(np.linalg.norm(whole), 1e-12)
     if whole @ belongs <= np.cos(np.radians(ASTRAY)) * np.linalg.norm(whole) or not np.any(whole):
         upright = bone.part == "trunk" and not bone.across
         pieces = np.median(vectors, axis=0) * (1, 1, 0) if upright else np.zeros_like(pieces)

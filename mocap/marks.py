@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from mocap.body import find_body
-from mocap.bodynames import kind_of
+from mocap.bodynames import kind_of, limbs
 from mocap.skeleton import Skeleton
 
 ARM = ("shoulder", "elbow", "wrist")
@@ -106,6 +106,8 @@ def limb_of(joint: int, parents: tuple[int, ...], role_of: dict[int, str]) -> st
 
 def matched(marks: Marks, skeleton: Skeleton, places: NDArray | None = None) -> tuple[dict[str, tuple[int, int]], str]:
     """Which joint of a skeleton each marked joint follows: role -> (mark, joint), and a sentence that says it."""
+    if pairs := named_alike(marks, skeleton):
+        return pairs, f"joints: {', '.join(pairs)} are called alike"
     here, there = roles(marks.skeleton()), roles(skeleton, places)
     pairs = {role: (mark, there[role]) for role, mark in here.items() if role in there}
     if len(pairs) < 3:
@@ -117,6 +119,19 @@ def matched(marks: Marks, skeleton: Skeleton, places: NDArray | None = None) -> 
     left = [name for joint, name in enumerate(marks.names) if joint not in used and marks.lengths()[joint] > 0]
     told = ", ".join(f"{marks.names[mark]} = {skeleton.names[joint]}" for mark, joint in pairs.values())
     return pairs, f"joints: {told}" + (f"; {', '.join(left)} go with what they hang on" if left else "")
+
+
+def named_alike(marks: Marks, skeleton: Skeleton) -> dict[str, tuple[int, int]]:
+    """Name -> (mark, joint), where all marks are called as joints are, and their names tell no figure: a plant's."""
+    if any(name.endswith(("arm", "leg")) for name in limbs(skeleton)):
+        return {}
+    joints = {_plain(name): joint for joint, name in enumerate(skeleton.names)}
+    found = {_plain(name): (mark, joints.get(_plain(name), -1)) for mark, name in enumerate(marks.names)}
+    return {} if any(joint < 0 for _, joint in found.values()) else found
+
+
+def _plain(name: str) -> str:
+    return " ".join(name.lower().replace("_", " ").replace("-", " ").split())
 
 
 def _meet(one: int, other: int, parents: tuple[int, ...]) -> int:

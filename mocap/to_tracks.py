@@ -62,7 +62,7 @@ def to_tracks(
     whole way, and `margin` of the figure's height round it.
     """
     casting = cast_marks(motion, marks) if casting is None else casting
-    acting = performer(motion, casting.views.turning)
+    acting = performer(motion, casting.views.turning, sided=not any(bone.believed for bone in casting.bones))
     lies = {bone.mark: _lie(acting, bone, casting, foreshorten) for bone in casting.bones if bone.joints is not None}
     lies = {mark: lie for mark, lie in lies.items() if lie is not None}
     body = hung(marks, casting.bones, lies, _pelvis(casting, lies, len(acting.positions)))

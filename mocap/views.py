@@ -40,6 +40,10 @@ class Views:
         return np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
 
 
+STILL = Views(turning=False)
+"""Along -z, for what has no front."""
+
+
 def headings(positions: NDArray, sides: list[tuple[int, int]], fps: float) -> NDArray:
     """Which way a performer faces (T,), radians from z towards x, of joints (T, J, 3) and pairs (left, right) of them.
 

@@ -10,6 +10,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from retarget.commands import (
     capturing,
+    dancing,
     exaggerating,
     lending,
     many,
@@ -37,6 +38,7 @@ MOCAP: tuple[Callable[..., str], ...] = (
     rubbering.exaggerate,
     playing.play,
     posing.pose,
+    dancing.dance,
 )
 """The subcommands of `tooncap mocap`."""
 

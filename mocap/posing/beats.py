@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 
 SLOWEST, FASTEST = 40.0, 240.0
+QUICKEST = 135.0
+"""Beats a minute of which every one is danced."""
+
 USUAL = 110.0
 """Beats a minute that a listener expects; twice and half of it are about half as likely."""
 
@@ -20,7 +23,10 @@ BANDS = 40
 QUICK = 190.0
 """No tempo is doubled beyond this."""
 
-EVEN, WEAK = 0.85, 0.6
+MOST = 20_000
+"""Beats of a MIDI file, at most: hours."""
+
+EVEN, WEAK = 0.75, 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +57,13 @@ def steady(bpm: float, seconds: float, first: float = 0.0) -> Beats:
 def halved(beats: Beats) -> Beats:
     """Every second beat: half-time, for music too quick to dance every beat of."""
     return Beats(beats.times[::2], beats.bpm / 2, beats.seconds)
+
+
+def danced(beats: Beats) -> Beats:
+    """The beats to dance: every one, or above QUICKEST every second, or fourth."""
+    while beats.bpm > QUICKEST and len(beats.times) > 1:
+        beats = halved(beats)
+    return beats
 
 
 def read_beats(path: str | Path) -> Beats:
@@ -99,7 +112,9 @@ def _of_midi(path: Path) -> Beats:
         raise InputError(f"{path} must be a MIDI file, it cannot be read: {error}") from None
     if ticks <= 0 or last <= 0:
         raise InputError(f"{path} must be a MIDI file with notes in time, it has none: export it again")
-    changes = dict(sorted(tempos))  # of two at one tick the later counts
+    if last / ticks > MOST or any(tempo <= 0 for _, tempo in tempos):
+        raise InputError(f"{path} must be music of at most {MOST} beats with a tempo, it is not: export it again")
+    changes = dict(sorted(tempos, key=lambda change: change[0]))  # of two at one tick the later counts
     at = np.array(list(changes), float)
     pace = np.array(list(changes.values()), float) / ticks / 1e6  # seconds a tick
     when = np.concatenate([[0], np.cumsum(np.diff(at) * pace[:-1])])

@@ -56,6 +56,18 @@ def hoses(skeleton: Skeleton, motion: SkeletonMotion | None = None) -> tuple[Mod
     return made.model(), made.skin(skeleton, home)
 
 
+def rods(skeleton: Skeleton) -> tuple[Model, Skin]:
+    """A body of rods, one for each link, and its skin: for what has no limbs to dress, as a flower or a lamp."""
+    home, made = rest_places(skeleton), _Made()
+    lengths = skeleton.lengths()
+    if not lengths.max() > 0:
+        raise InputError("a body of rods needs a skeleton with bones, all of this one's joints lie in one place")
+    radius = 0.02 * float(np.ptp(home, axis=0).max())
+    for joint in np.flatnonzero(lengths > 1e-6 * lengths.max()).tolist():
+        made.hose(skeleton.parents[joint], joint, home, radius, BOOT if not skeleton.children(joint) else COAT)
+    return made.model(), made.skin(skeleton, home)
+
+
 def _upright(world: NDArray, joint: int, body: Body) -> tuple[NDArray, NDArray]:
     """Which ways up and left (3,) are for a joint at rest, by what they are to it in the frames (T, J, 3, 4)."""
     back = np.swapaxes(world[:, joint, :, :3], -1, -2)

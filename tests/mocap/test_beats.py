@@ -43,6 +43,63 @@ def test_weak_clicks_between_beats_do_not_double_the_tempo(bpm):
     assert beats.heard(clicks(bpm, off=0.25, noise=0.01), RATE).bpm == pytest.approx(bpm, rel=0.02)
 
 
+PATTERNS = {  # beats of a bar of four on which kick, snare and hat are played
+    "rock": ([0, 2], [1, 3], np.arange(0, 4, 0.5)),
+    "funk": ([0, 1.5, 2.5], [1, 3], np.arange(0, 4, 0.25)),
+    "four on the floor": ([0, 1, 2, 3], [1, 3], np.arange(0.5, 4)),
+    "half-time": ([0], [2], np.arange(0, 4, 0.5)),
+}
+
+
+def drums(bpm, pattern, bass=True, seconds=14.0, first=0.3):
+    """A drum kit, and a bass note on every beat: what music has besides clicks, loud and soft, high and low."""
+    rng = np.random.default_rng(3)
+    sound, t = rng.normal(0, 0.002, int(seconds * RATE)), np.arange(int(0.25 * RATE)) / RATE
+    kick = np.exp(-t / 0.06) * np.sin(2 * np.pi * (50 * t + 1.8 * (1 - np.exp(-t / 0.03))))
+    snare = np.exp(-t / 0.05) * (0.42 * rng.normal(size=len(t)) + 0.35 * np.sin(2 * np.pi * 190 * t))
+    hat = 0.15 * np.diff(np.exp(-t / 0.015) * rng.normal(size=len(t)), prepend=0)
+    held = np.arange(int(54 / bpm * RATE)) / RATE
+    notes = [0.25 * np.exp(-held / 0.4) * np.sin(2 * np.pi * pitch * held) for pitch in (55, 55, 65.4, 73.4)]
+    played = [(beat, what) for what, beats in zip((kick, snare, hat), PATTERNS[pattern]) for beat in beats]
+    for bar in np.arange(first, seconds, 240 / bpm):
+        for beat, what in played + list(enumerate(notes)) * bass:
+            start = round((bar + beat * 60 / bpm) * RATE)
+            if start + len(what) < len(sound):
+                sound[start : start + len(what)] += what
+    return sound
+
+
+def off_beat(found, bpm, first=0.3):
+    """Seconds between each beat found and the nearest that was played."""
+    return np.abs((found.times - first + 30 / bpm) % (60 / bpm) - 30 / bpm)
+
+
+@pytest.mark.parametrize("bpm", [72, 90, 107, 120, 133, 150, 168, 180])
+@pytest.mark.parametrize("pattern", ["rock", "funk"])
+def test_the_tempo_of_a_drum_kit_is_heard(bpm, pattern):
+    found = beats.heard(drums(bpm, pattern), RATE)
+    assert found.bpm == pytest.approx(bpm, rel=0.02)
+    assert np.median(off_beat(found, bpm)) < 0.02 and off_beat(found, bpm).max() < 0.06
+
+
+@pytest.mark.parametrize("bpm", [66, 90, 118, 140, 176])
+@pytest.mark.parametrize(
+    "pattern, bass", [("four on the floor", True), ("four on the floor", False), ("half-time", True)]
+)
+def test_drums_that_are_counted_in_two_ways_are_heard_in_one_of_them(bpm, pattern, bass):
+    """With a snare on the third beat alone, who counts half as fast is right as well; what is heard is on beats."""
+    found = beats.heard(drums(bpm, pattern, bass), RATE)
+    assert min(abs(found.bpm / bpm - 1), abs(found.bpm / bpm - 0.5)) < 0.02
+    assert np.median(off_beat(found, bpm)) < 0.02
+
+
+@pytest.mark.parametrize(("bpm", "step"), [(60, 1), (135, 1), (136, 2), (240, 2)])
+def test_of_quick_music_every_second_beat_is_danced(bpm, step):
+    music = beats.steady(bpm, 20)
+    np.testing.assert_allclose(beats.danced(music).times, music.times[::step])
+    assert beats.danced(music).bpm == bpm / step
+
+
 def midi(path, tempos, length, ticks=480):
     """A MIDI file with tempo changes [(beat, bpm)], written message by message."""
     import mido
@@ -69,6 +126,12 @@ def test_midi_beats_follow_every_change_of_tempo(tmp_path):
     assert found.seconds == pytest.approx(truth[-1])
 
 
+@pytest.mark.parametrize("bpm", [50, 120, 121, 150, 200])
+def test_a_tempo_from_the_beginning_is_the_tempo_whether_slow_or_quick(tmp_path, bpm):
+    midi(tmp_path / "a.mid", [(0, bpm)], 8)
+    assert beats.read_beats(tmp_path / "a.mid").bpm == pytest.approx(bpm, rel=1e-4)
+
+
 def test_a_wav_file_is_heard_in_stereo_and_whole_numbers(tmp_path):
     from scipy.io import wavfile
 
@@ -84,6 +147,19 @@ def test_counted_beats_have_times(bpm, beat, seconds):
     music = beats.steady(bpm, seconds)
     assert music.at(beat) == pytest.approx(beat * 60 / bpm)
     assert beats.halved(beats.steady(bpm, 30)).at(beat) == pytest.approx(2 * beat * 60 / bpm)
+
+
+def test_a_piece_written_in_very_short_beats_is_danced_every_fourth(tmp_path):
+    midi(tmp_path / "a.mid", [(0, 400)], 40)
+    music = beats.danced(beats.read_beats(tmp_path / "a.mid"))
+    assert music.bpm == pytest.approx(100, rel=1e-4) and np.diff(music.times) == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize("tempos", [[(0, 120), (100_000, 100)], [(0, 120), (1, 1e9)]])
+def test_a_midi_file_of_days_or_without_time_is_refused(tmp_path, tempos):
+    midi(tmp_path / "a.mid", tempos, 100_001)
+    with pytest.raises(InputError, match="at most"):
+        beats.read_beats(tmp_path / "a.mid")
 
 
 def test_what_is_no_music_is_refused(tmp_path):

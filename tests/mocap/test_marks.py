@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capture.errors import InputError
-from fixtures import stickman
+from fixtures import plants, stickman
 from mocap.marks import Marks, check, matched, roles
 from mocap.skeleton import Skeleton
 
@@ -103,3 +103,29 @@ def test_marks_that_are_no_figure_are_refused():
 def test_marks_must_be_a_tree_of_named_places(marks, told):
     with pytest.raises(InputError, match=told):
         check(marks)
+
+
+def test_a_plant_is_matched_by_what_its_joints_are_called():
+    made = plants.flower()
+    skeleton = Skeleton(made.names, made.parents, made.offsets)
+    marks = Marks(
+        ("Stem_1", "stem-2", "stem 3", "leaf a 1"), (-1, 0, 1, 2), np.array([[9.0, 90], [9, 60], [9, 30], [30, 20]])
+    )
+    pairs, told = matched(marks, skeleton)
+    assert {marks.names[mark]: skeleton.names[joint] for mark, joint in pairs.values()} == {
+        "Stem_1": "stem 1",
+        "stem-2": "stem 2",
+        "stem 3": "stem 3",
+        "leaf a 1": "leaf a 1",
+    }
+    assert "called alike" in told
+    strange = Marks(("stem 1", "stem 2", "thorn"), (-1, 0, 1), marks.places[:3])
+    with pytest.raises(InputError, match="must be a figure's"):
+        matched(strange, skeleton)
+
+
+def test_a_figure_is_matched_by_its_limbs_though_all_is_called_alike():
+    skeleton = Skeleton(*stickman.skeleton())
+    flat = Marks(skeleton.names, skeleton.parents, np.cumsum(skeleton.offsets, axis=0)[:, :2] * (100, -100))
+    pairs, told = matched(flat, skeleton)
+    assert "left elbow" in pairs and "called alike" not in told

@@ -1,0 +1,243 @@
+"""The command that lets a skeleton dance."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from retarget.console import Out, stem, tell
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from mocap.posing.beats import Beats
+    from mocap.posing.choreography import Dance
+    from mocap.posing.postures import Pool
+    from mocap.skeleton import SkeletonMotion
+    from retarget.characters.dancer import Dancer
+
+
+def dance(
+    music: Path | None = None,
+    out: Out = None,
+    *,
+    bpm: float | None = None,
+    beats: int = 32,
+    every: bool = False,
+    skeleton: str = "human",
+    postures: Path | None = None,
+    steps: Path | None = None,
+    seed: int = 0,
+    extent: float = 1.0,
+    quick: float = 2.2,
+    damping: float = 0.8,
+    clumsy: float = 0.0,
+    stiff: float = 0.0,
+    wild: float = 0.0,
+    rate: float = 24.0,
+    drawing: Path | None = None,
+    size: int = 480,
+    silent: bool = False,
+) -> str:
+    """Let a skeleton dance to music: its elastic joints are in a posture on every beat that has one.
+
+    Parameters
+    ----------
+    music
+        A .mid or .wav file; without it there are as many beats as --beats says, at the tempo of --bpm.
+    out
+        .bvh; .glb; .mp4, .webm or .mov with the music as sound, .gif or a folder of PNG; .dance.toml writes the
+        choreography, made up or not, to be edited, and .postures.json the pool.  NAME.dance.mp4 beside you if not
+        given.
+    bpm
+        Beats a minute, where there is no music: 120.
+    beats
+        How many of them.
+    every
+        Dance every beat of quick music; without it every second one above 135 a minute.
+    skeleton
+        Who dances: a .bvh file, a model with a skin (.glb, .gltf), or "human", "flower" or "lamp".
+    postures
+        A pool, .postures.json; without it one that is made for the skeleton.
+    steps
+        A choreography, .dance.toml; without it one is made up.
+    seed
+        Which one is made up.
+    extent
+        How far all postures go: 0.5 half as far, 1.5 farther.
+    quick
+        How many times a second joints would swing by themselves.
+    damping
+        How soon that dies away: 1 without a swing over, 0.4 wobbly.
+    clumsy
+        -1 brisk to 1 clumsy.
+    stiff
+        -1 soft to 1 stiff.
+    wild
+        -1 calm to 1 wild.
+    rate
+        Frames a second.
+    drawing
+        A drawing with marked joints that dances, as in "mocap play".
+    size
+        Height of the picture in pixels; of a drawing its width.
+    silent
+        Leave the sound out.
+    """
+    from capture.errors import InputError
+    from mocap.posing.beats import danced as heeded
+    from mocap.posing.choreography import unrolled, write_dance
+    from mocap.posing.dance import danced
+    from mocap.posing.elastic import felt, styled
+    from mocap.posing.postures import write_pool
+    from retarget.characters.dancer import read_dancer
+
+    if not 16 <= size <= 8192:
+        raise InputError(f"a picture must be 16 to 8192 pixels high, got {size}: 480 is usual")
+    heard = _beats(music, bpm, beats)
+    taken = heard if every else heeded(heard)
+    if taken is not heard:
+        tell([f"{heard.bpm:.0f} beats a minute are quick: every second one is danced (--every dances all)"])
+    dancer = read_dancer(skeleton)
+    tell(f"{skeleton}: {note}" for note in dancer.notes)
+    pool, choreography = _told(postures, steps, dancer, len(taken.times), seed)
+    out = out or Path(f"{stem(music) if music else Path(skeleton).stem}.dance.mp4")
+    if out.name.endswith(".dance.toml"):
+        write_dance(choreography, out)
+        return f"{out}: {len(choreography.phrases)} phrases, {choreography.beats:g} beats"
+    if out.name.endswith(".postures.json"):
+        write_pool(pool, out)
+        return f"{out}: {len(pool.postures)} postures of a {pool.kind or 'figure'}"
+    springs = styled(felt(quick, damping), clumsy, stiff, wild)
+    motion = danced(dancer.skeleton, pool, choreography, taken, rate, springs, extent, dancer.rest)
+    _write(motion, dancer, out, drawing, size, None if silent else (music, heard))
+    count = len({step.beat for step in unrolled(choreography, len(taken.times) - 1)})
+    return (
+        f"{out}: {len(motion)} frames at {rate:.4g} a second, {count} postures on {len(taken.times)} beats, "
+        f"{taken.bpm:.1f} a minute"
+    )
+
+
+def _beats(music: Path | None, bpm: float | None, count: int) -> "Beats":
+    from capture.errors import InputError
+    from mocap.posing.beats import read_beats, steady
+
+    if music is not None:
+        if bpm is not None:
+            raise InputError(f"{music} has a tempo of its own: give the music, or --bpm, not both")
+        return read_beats(music)
+    if not 1 <= count <= 10_000:
+        raise InputError(f"there must be 1 to 10000 beats, got {count}: 32 are four phrases")
+    bpm = 120.0 if bpm is None else bpm
+    return steady(bpm, count * 60 / bpm - 1e-6) if 0 < bpm < 1e9 else steady(bpm, 1.0)
+
+
+def _told(postures: Path | None, steps: Path | None, dancer: "Dancer", beats: int, seed: int) -> "tuple[Pool, Dance]":
+    """The pool and the choreography that are given, or made."""
+    from mocap.posing.choreography import read_dance
+    from mocap.posing.invent import invented
+    from mocap.posing.postures import read_pool
+    from mocap.posing.starting import starting_pool
+
+    pool = read_pool(postures) if postures else starting_pool(dancer.skeleton, dancer.rest)
+    return pool, read_dance(steps) if steps else invented(pool, dancer.skeleton, beats, seed, dancer.rest)
+
+
+def _write(
+    motion: "SkeletonMotion",
+    dancer: "Dancer",
+    out: Path,
+    drawing: Path | None,
+    size: int,
+    sound: "tuple[Path | None, Beats] | None",
+) -> None:
+    """The dance as what the name of `out` asks for."""
+    from capture.errors import InputError
+    from mocap.bvh import write_bvh
+    from mocap.rubber import rubber
+    from retarget.characters.rubber_skin import rubber_skin
+    from retarget.export import formats
+    from retarget.export.rubber import write_rubber
+
+    kind = out.suffix.lower()
+    if drawing is not None:
+        if kind == ".bvh":
+            raise InputError(
+                f"{out.name} holds a skeleton, and {drawing.name} is to dance: ask for a video, or leave it"
+            )
+        _drawn(motion, drawing, out, size, sound)
+    elif kind == ".bvh":
+        write_bvh(motion, out)
+    elif kind in (".glb", ".gltf"):
+        model, skin, moved = dancer.body(motion)
+        made = rubber.plain(moved)
+        write_rubber(model, rubber_skin(skin, model.points, made.subjoints), made, out, "dancer")
+    elif formats.drawings(out) or formats.bodies(out):
+        raise InputError(f"{out.name} holds drawings, and nobody drawn dances: ask for a video, .glb or .bvh")
+    else:
+        _film(_pictures(motion, dancer, size), len(motion), motion.fps, out, sound)
+
+
+def _pictures(motion: "SkeletonMotion", dancer: "Dancer", size: int) -> "Iterator[NDArray]":
+    """A stick figure's pictures; a model's own where it has one."""
+    import numpy as np
+
+    from mocap import sticks
+    from mocap.rubber import rubber
+    from retarget.characters.rubber_skin import posed, rubber_skin
+    from retarget.stage import draw2d
+    from retarget.stage.play import play_mesh
+
+    if dancer.model is not None:
+        model, skin, moved = dancer.body(motion)
+        made = rubber.plain(moved)
+        points = posed(rubber_skin(skin, model.points, made.subjoints), model.points, made)
+        return draw2d.draw_frames(play_mesh(points, model, motion.fps, (0.5, 0.1, 0.86), size), None, None)
+    places = motion.positions()
+    view = sticks.view_of(places, (size, size), 0.45, follow=False)
+    thick = 0.017 * float(np.ptp(places[..., 1], axis=1).max())
+    return sticks.draw(places, motion.skeleton.parents, view, thick, sticks.sides(motion.skeleton.names))
+
+
+def _drawn(
+    motion: "SkeletonMotion", drawing: Path, out: Path, size: int, sound: "tuple[Path | None, Beats] | None"
+) -> None:
+    """The dance by a drawing with marked joints (`mocap play` does it with rubber)."""
+    from mocap.bones import cast_marks
+    from mocap.rubber import rubber
+    from mocap.to_tracks import to_tracks
+    from retarget.characters.markfiles import read_marked
+    from retarget.export import formats
+    from retarget.stage import draw2d
+    from retarget.stage.play import play
+
+    character, made = read_marked(drawing), rubber.plain(motion)
+    casting = cast_marks(made, character.marks, None)
+    tell(f"{drawing}: {note}" for note in casting.notes)
+    performance = play(to_tracks(made, character.marks, casting), character)
+    if write := formats.bodies(out):
+        write(performance, out)
+    elif write := formats.drawings(out):
+        write(performance, out, size, None)
+    else:
+        _film(draw2d.draw_frames(performance, None, size), len(motion), motion.fps, out, sound)
+
+
+def _film(
+    frames: "Iterator[NDArray]", count: int, fps: float, out: Path, sound: "tuple[Path | None, Beats] | None"
+) -> None:
+    """Pictures as a clip, with the music, or clicks on the beats, where a file can have sound."""
+    from capture.files import written_beside
+    from capture.pictures.encode import write_clip
+    from capture.progress import progress
+    from retarget.export.sound import CODECS, add_sound, clicks, sound_of
+
+    frames = progress(frames, "drawing", count)
+    if sound is None or out.suffix.lower() not in CODECS:
+        write_clip(out, frames, fps)
+        return
+    music, beats = sound
+    with written_beside(out) as beside:
+        write_clip(beside, frames, fps)
+        heard = clicks(beats.times, count / fps) if music is None else sound_of(music, count / fps)
+        add_sound(beside, *heard)
