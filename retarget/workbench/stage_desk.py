@@ -56,7 +56,7 @@ def shown(state: State) -> dict[str, Any]:
         "motion": None if motion is None else _motion_shown(motion),
         "cast": None if cast is None else _cast_shown(cast),
         "number": _number(motion, cast),
-        "drawings": [name for name in drawings if not name.endswith(".bvh")],
+        "drawings": drawings,
         "formats": FORMATS,
     }
 

@@ -1,7 +1,7 @@
 // What is seen while nothing is open: what to do first.
 import { button, fill, make } from "./dom.js";
 
-const WHAT = { shot: "shot", clip: "clip", motion: "captured motion", cast: "cast" };
+const WHAT = { shot: "shot", clip: "clip", motion: "captured motion", cast: "cast", bvh: "motion capture" };
 
 export function filesPanel(el, bench) {
   const list = make("ul.files");
