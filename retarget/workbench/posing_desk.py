@@ -48,6 +48,8 @@ def shown(state: State) -> dict[str, Any]:
         "extents": figure.extents,
         "dance": {
             "beats": figure.dance.beats,
+            "phrase": figure.dance.phrases[0].beats,
+            "half": figure.dance.phrases[0].half,
             "steps": [
                 {"beat": step.beat, "posture": step.posture, "extent": step.extent} for step in figures.steps_of(figure)
             ],
@@ -142,7 +144,7 @@ def invent(state: State, seed: Number = 0) -> State:
 
     figure = _figure(state)
     made = invented(figure.pool, figure.skeleton, 8, seed, figure.rest)
-    return _with(state, replace(figure, dance=Dance(made.phrases)))
+    return _with(state, replace(figure, dance=Dance(made.phrases[:1])))  # what the timeline shows
 
 
 # --- looks: (state, fields) -> bytes; nothing changes ---------------------------------------------------------------

@@ -8,9 +8,10 @@ import { makeBench } from "./bench.js";
 import * as capture from "./capture.js";
 import { button, fill, make } from "./dom.js";
 import { filesPanel } from "./files.js";
+import * as posing from "./posing.js";
 import * as stage from "./stage.js";
 
-const DESKS = { capture, stage };
+const DESKS = { capture, stage, posing };
 
 function render({ model, el }) {
   const bench = makeBench(model);
@@ -50,8 +51,8 @@ function render({ model, el }) {
     if (isOpen()) desks[name].desk.shown?.();
   }
 
-  // A motion alone can be lent to others, and there is nothing to capture.
-  const firstDesk = () => (bench.state.stage.motion && !bench.state.capture.clip ? "stage" : "capture");
+  // Where there is no clip there is nothing to capture: a figure is posed, a motion is lent to others.
+  const firstDesk = () => (bench.state.posing.figure ? "posing" : bench.state.stage.motion && !bench.state.capture.clip ? "stage" : "capture");
   const isOpen = () => Boolean(bench.state.folder?.at?.open);
 
   let timer = 0;
