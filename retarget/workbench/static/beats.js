@@ -31,9 +31,12 @@ export function makeBeats(el, { move, drop, put, went }) {
     const dense = window.devicePixelRatio || 1;
     const [wide, high] = [canvas.clientWidth, canvas.clientHeight];
     if (!wide || !high) return;
-    canvas.width = Math.round(wide * dense);
-    canvas.height = Math.round(high * dense);
+    if (canvas.width !== Math.round(wide * dense) || canvas.height !== Math.round(high * dense)) {
+      canvas.width = Math.round(wide * dense);
+      canvas.height = Math.round(high * dense);
+    }
     context.setTransform(dense, 0, 0, dense, 0, 0);
+    context.clearRect(0, 0, wide, high);
     context.font = "11px system-ui, sans-serif";
     context.fillStyle = "#1b1c1e";
     context.fillRect(LEFT, TOP, wide - LEFT - RIGHT, high - TOP - NUMBERS);

@@ -278,8 +278,8 @@ export function mount(el, bench) {
   let panelOf = "";
   function panel() {
     const { figure, pool = [], extents = {}, pinned = [] } = now();
-    const key = JSON.stringify([desk.mode, figure?.file, pool, desk.mode === "pose" && !sliding ? extents : 0, pinned, bench.running, desk.result]);
-    if (key === panelOf || sliding) return;
+    const key = JSON.stringify([desk.mode, figure?.file, pool, pinned, bench.running, desk.result]);
+    if (key === panelOf) return setSliders(extents);
     panelOf = key;
     if (!figure) {
       const made = ["human", "flower", "lamp"].map((who) => button(`The ${who}`, "", () => act("begin", { who })));
@@ -313,8 +313,7 @@ export function mount(el, bench) {
       let gesture = "";
       return slider(posture, { min: 0, max: 1.5, step: 0.05, value: extents[posture] ?? 0 }, (extent, done) => {
         gesture = gesture || bench.gesture();
-        sliding = !done;
-        act("mix", { posture, extent }, { newest: "mix", gesture }).then(() => done && panel());
+        act("mix", { posture, extent }, { newest: "mix", gesture });
         if (done) gesture = "";
       });
     });
@@ -326,7 +325,16 @@ export function mount(el, bench) {
       make("div.row", {}, name, keep),
       make("div.row", {}, button("Save pose as BVH", "", () => act("save_pose").then((done) => done && bench.say(`${bench.state.folder.at.open}.pose.bvh is written.`)))));
   }
-  let sliding = false;
+
+  // What is not being moved by hand shows what is mixed now.
+  function setSliders(extents) {
+    for (const label of side.querySelectorAll(".postures .slider")) {
+      const [input, output] = [label.querySelector("input"), label.querySelector("output")];
+      if (input.matches(":active")) continue;
+      input.value = extents[label.querySelector("span").textContent] ?? 0;
+      output.textContent = input.value;
+    }
+  }
 
   function frameInput(count) {
     const input = make("input", { type: "number", min: 0, max: count - 1, value: 0, "aria-label": "Frame of the clip" });
@@ -353,6 +361,8 @@ export function mount(el, bench) {
 
   function changed(sections) {
     const { figure, dance } = now();
+    const only = Object.keys(sections?.posing ?? {});
+    if (only.length === 1 && only[0] === "pose" && figure) return show(); // a drag: as little as can be
     const open = `${bench.state.folder.at.open} ${figure?.file}`;
     if (open !== desk.open) {
       Object.assign(desk, { open, clip: null, played: null, drag: null });
