@@ -14,8 +14,11 @@ PARTS = ("trunk", "arms", "legs")
 FRONT, SIDE = 0.0, 90.0
 """Degrees that the viewer stands round from the performer's front, towards its right side: then it faces right."""
 
-BETTER = 1.5
-"""Limbs are seen from the side only if they go so much farther there, in squares: most drawings show a front."""
+BETTER = {"arms": 4.0, "legs": 1.5}
+"""Limbs are seen from the side only if they go so much farther there, in squares: most drawings show a front.
+
+More is asked of arms: from the side one hides the other, and arms thrown up are one.
+"""
 
 STEADY = 0.25
 """Seconds over which the way the performer faces is averaged: hips that swing in a walk are the walk's own."""
@@ -75,6 +78,6 @@ def chosen(ways: dict[str, NDArray], profile: bool) -> Views:
     angles, told = {}, []
     for part in ("arms", "legs"):
         across, _, along = np.einsum("tnx,tnx->x", ways[part], ways[part]) if ways[part].size else (1.0, 0.0, 0.0)
-        angles[part] = SIDE if along > BETTER * across else FRONT
+        angles[part] = SIDE if along > BETTER[part] * across else FRONT
         told.append(f"{part} {'side' if angles[part] else 'front'} ({along / max(across, 1e-9):.1f} deep to 1 wide)")
     return Views(FRONT, angles["arms"], angles["legs"], note=f"seen from the front; {', '.join(told)}")

@@ -37,8 +37,8 @@ MOCAP: tuple[Callable[..., str], ...] = (
     moving.report,
     rubbering.exaggerate,
     playing.play,
-    posing.pose,
     dancing.dance,
+    posing.pose,
 )
 """The subcommands of `tooncap mocap`."""
 

@@ -22,6 +22,25 @@ def bridged(motion: CartoonMotion) -> CartoonMotion:
     return replace(motion, tracks=tuple(_bridged(track) for track in motion.tracks))
 
 
+def limbs_bridged(motion: CartoonMotion) -> CartoonMotion:
+    """The motion with limbs, parts that hang on another, seen between frames in which they were, if their parent is.
+
+    An arm that passes behind its body does not go away.  What hangs on nothing may have, and stays hidden.
+    """
+    whole = {track.part: track for track in bridged(motion).tracks}
+    seen: dict[str, NDArray] = {}
+
+    def of(track: Track) -> NDArray:
+        if track.part not in seen:
+            here = track.visible
+            between = np.maximum.accumulate(here) & np.maximum.accumulate(here[::-1])[::-1]
+            seen[track.part] = here | (between & of(motion.track(track.parent))) if track.parent else here
+        return seen[track.part]
+
+    tracks = (whole[track.part] if track.parent else track for track in motion.tracks)
+    return replace(motion, tracks=tuple(replace(track, visible=of(motion.track(track.part))) for track in tracks))
+
+
 def _bridged(track: Track) -> Track:
     seen = np.flatnonzero(track.visible)
     if len(seen) in (0, len(track.visible)):

@@ -1,6 +1,7 @@
-"""Key shapes for a model that has none, carried over from a drawing's: less work for the animator (section 4).
+"""Key shapes for a model or a photograph that has none, carried over from a drawing's: less work for the animator
+(section 4).
 
-Where the drawing bends from its first key to another, the model bends along, through its whole depth.  The result is a
+Where the drawing bends from its first key to another, it bends along, a model through its whole depth.  The result is a
 proposal: good enough to see the motion, and a start for an animator to correct.
 """
 
@@ -9,42 +10,56 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.motion import affine
+from capture.errors import InputError
 from capture.motion.keys import KeySet
-from retarget.characters import lift
+from retarget.characters import along, lift
 from retarget.characters.meshfiles import Model
 
-STIFFNESS = 0.2
-"""How much a bend is evened out against the outline's own, where one is the drawing's height: details stay whole."""
+EVENLY = 1.0
+"""How much a photograph is evened out: it is seldom built like the source, and is then better bent as a whole."""
 
-MOST = 160
-"""Outline points that are followed."""
+ACROSS = 600
+"""Pixels: a silhouette is as large as this when it is traced."""
 
 
-def carried_shapes(
-    model: Model, source: KeySet, plane: str | Sequence[float] = "xy", stiffness: float = STIFFNESS
-) -> NDArray:
+def carried_shapes(model: Model, source: KeySet, plane: str | Sequence[float] = "xy") -> NDArray:
     """The model's shapes (K, N, 3), the first its own, for the keys of a drawing seen in the same plane.
 
-    Both are laid into one frame, first key on first key, box on box.  Each key's outline then is a thin-plate spline
-    of the first one's, which also moves what lies inside and beside it.
+    What is seen of the model is laid on the drawing's first key, box on box, and goes `along`.
     """
-    from scipy.interpolate import RBFInterpolator
-
     view = lift.view(plane)
     seen = (model.points @ view.T)[:, :2]
-    drawn = affine.apply(source.removed, source.points)[:, source.outline]
-    drawn = drawn[:, :: max(1, -(-drawn.shape[1] // MOST))]
-    low, high = drawn[0].min(axis=0), drawn[0].max(axis=0)
-    edges = seen[np.unique(model.faces)]
-    least, span = edges.min(axis=0), np.ptp(edges, axis=0)
-    tall = max(high[1] - low[1], 1e-9 * np.ptp(drawn))
-    size = np.where(span > 0, (high - low) / np.where(span > 0, span, 1), 1.0)  # drawing pixels for a unit, in x and y
-    at = ((seen - least) * size + low) / tall
-    _, first = np.unique(np.round(drawn[0] / tall, 6), axis=0, return_index=True)  # a spline needs each place once
-    shapes = [model.points]
-    for key in drawn[1:]:
-        bend = RBFInterpolator(drawn[0, first] / tall, (key - drawn[0])[first] / tall, smoothing=stiffness)
-        moved = bend(at) * tall / size
-        shapes.append(model.points + moved @ view[:2])
-    return np.stack(shapes)
+    moved = along.gone_along(_silhouette(seen, model.faces), seen, source)
+    return model.points + (moved - seen) @ view[:2]
+
+
+def carried_outline(outline: NDArray, source: KeySet, name: str = "the picture") -> NDArray:
+    """An outline (B, 2) in the source's K keys (K, B, 2), the first as it is: it goes `along`."""
+    import shapely
+
+    made = along.gone_along(shapely.Polygon(outline), np.asarray(outline, float), source, EVENLY)
+    for key, bent in zip(source.names, made, strict=True):
+        if not shapely.Polygon(bent).is_valid:
+            raise InputError(
+                f"{name} must have an outline for key {key!r}: bent as the captured key is, its own one would cross "
+                "itself; give it in the cast"
+            )
+    return made
+
+
+def _silhouette(seen: NDArray, faces: NDArray) -> object:
+    """What faces (F, 3) cover of the plane, as a shapely shape without holes."""
+    import cv2
+    import shapely
+
+    corners = seen[np.unique(faces)]
+    low, scale = corners.min(axis=0), ACROSS / max(np.ptp(corners, axis=0).max(), 1e-300)
+    at = np.round(((seen - low) * scale + 2) * 16).astype(np.int32)
+    width, height = np.ceil(np.ptp(corners, axis=0) * scale).astype(int) + 5
+    mask = np.zeros((height, width), np.uint8)
+    for face in at[faces]:
+        cv2.fillConvexPoly(mask, face, 1, shift=4)
+    contours = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    rings = [contour[:, 0] for contour in contours if len(contour) > 3]
+    solids = [shapely.make_valid(shapely.Polygon((ring - 2) / scale + low)).buffer(0.5 / scale) for ring in rings]
+    return shapely.union_all(solids)

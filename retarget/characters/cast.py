@@ -192,7 +192,7 @@ def _role_of(file: Path, motion: CartoonMotion) -> tuple[str, str]:
     if not fitting:
         raise InputError(
             f"a drawing's name must end in what it plays: {file.name} ends in none of {', '.join(endings)}; "
-            "rename it, or write a cast file"
+            "rename it, write a cast file, or let tooncap propose draw all keys from it"
         )
     return endings[max(fitting, key=len)]
 

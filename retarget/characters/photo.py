@@ -1,7 +1,4 @@
-"""Photographs made ready to play: read at a size that can be bent quickly, cut out, and given key shapes.
-
-read   ->   cut_out (by a box)   ->   outline   ->   carried (its keys, bent as the captured ones are)
-"""
+"""Photographs made ready to play: read at a size that can be bent quickly, and cut out by a box."""
 
 import warnings
 from dataclasses import dataclass
@@ -12,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from capture.motion.keys import KeySet
 
 LARGEST = 8_000_000  # pixels of a picture that are kept; no page shows more of a character
 CUT_AT = 700  # pixels of the longer edge at which a photograph is cut out: what belongs together shows there, quickly
@@ -128,34 +124,3 @@ def _from_inside(colors: NDArray, deep: NDArray) -> NDArray:
     color_of = np.zeros((label.max() + 1, 3), np.uint8)
     color_of[label[deep]] = colors[deep]
     return np.where(deep[..., None], colors, color_of[label])
-
-
-def carried(outline: NDArray, source: KeySet, name: str = "the picture") -> NDArray:
-    """An outline (B, 2) in the source's K keys (K, B, 2), the first as it is: bent as the source's own outline is.
-
-    The two are laid box on box; what the source's outline does between them is a thin-plate spline.
-    """
-    import shapely
-    from scipy.interpolate import RBFInterpolator
-
-    from capture.motion import affine
-
-    drawn = affine.apply(source.removed, source.points)[:, source.outline]
-    there, here = _box(drawn[0]), _box(outline)
-    scale = (there[1] - there[0]) / (here[1] - here[0])
-    laid = (outline - here[0]) * scale + there[0]
-    made = [np.asarray(outline, float)]
-    for k, shape in enumerate(drawn[1:], 1):
-        moves = RBFInterpolator(drawn[0], shape - drawn[0], smoothing=1.0)(laid)
-        bent = (laid + moves - there[0]) / scale + here[0]
-        if not shapely.Polygon(bent).is_valid:
-            raise InputError(
-                f"{name} must have an outline for key {source.names[k]!r}: bent as the captured key is, its own one "
-                "would cross itself; give it in the cast"
-            )
-        made.append(bent)
-    return np.array(made)
-
-
-def _box(points: NDArray) -> NDArray:
-    return np.stack([points.min(axis=0), points.max(axis=0)])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import affine, keys, triangulate
 from capture.motion.keys import Inbetweener, KeySet
-from retarget.characters.photo import carried, cut_out, read_photo
+from retarget.characters.photo import cut_out, read_photo
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +92,8 @@ def read_picture(
     pixels, of the same number of points; but where one picture serves all keys, those of the `source` can be carried
     over to the first.  A first outline may be left to the picture's alpha.
     """
+    from retarget.characters.carried import carried_outline
+
     photos = {path: read_photo(path) for path in dict.fromkeys(paths)}
     if box is not None:
         photos = {path: cut_out(photo, box, str(path)) for path, photo in photos.items()}
@@ -107,7 +109,7 @@ def read_picture(
     else:
         base, seen = None, None
     if base is not None:
-        outline = base[None] if len(names) == 1 else carried(base, source, str(paths[0]))
+        outline = base[None] if len(names) == 1 else carried_outline(base, source, str(paths[0]))
     else:
         outline = _dense(_corresponding(part, names, outlines))
     box_seen = np.stack([outline[0].min(axis=0), outline[0].max(axis=0)]) if seen is None else seen
@@ -158,7 +160,8 @@ def outline_of(image: NDArray, name: str = "the picture", count: int | None = No
     if image[..., 3].min() > 127:
         raise InputError(
             f"{name} must have a transparent surrounding to be cut out, it has none: "
-            "give an outline in the cast or make its background transparent"
+            "draw a box round it (--box X Y WIDTH HEIGHT, or box = [...] in the cast), give an outline in the cast, or "
+            "make its background transparent"
         )
     contours = [contour[:, ::-1] - 2 for contour in measure.find_contours(alpha, 127.5) if len(contour) > 3]
     if not contours:

@@ -9,17 +9,22 @@ from pathlib import Path
 import numpy as np
 
 from capture.errors import InputError
+from capture.fit.curves import correspond
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion
 from retarget.characters import castfile, paths, propose
 from retarget.characters.cast import PICTURES
 from retarget.characters.castfile import CastKey, CastPart
+from retarget.characters.embed import silhouette_of
 from retarget.characters.paths import DrawnPath
 from retarget.characters.photo import cut_out, read_photo
 from retarget.characters.picture import outline_of
 from retarget.characters.propose import Proposal
 from retarget.characters.svg import read_page, read_svg
 from retarget.characters.svgout import write_keys
+
+AWAY = 0.75
+"""So much less far apart do outlines lie once a drawing is mirrored that looks the other way than the source."""
 
 GREY = np.array([0.62, 0.67, 0.73, 1.0])
 
@@ -88,6 +93,16 @@ def proposal(casting: Casting, motion: CartoonMotion, pins: Sequence[Asked] = ()
     known = [(a, _element(casting, b) if isinstance(b, str) else b) for a, b in pins]
     found = propose.propose(casting.drawn, motion.keyset(casting.part), known)
     return replace(found, versions=(found.versions[0], *map(_on_page, found.versions[1:])))
+
+
+def looking_away(casting: Casting, motion: CartoonMotion, found: Proposal) -> float | None:
+    """How far the outlines lie apart once the drawing is mirrored, where that is a good deal less; else None."""
+    turn = np.diag([-1.0, 1.0])
+    rim = propose.rim_of(silhouette_of(casting.drawn)) @ turn
+    source = motion.keyset(casting.part)
+    outline = affine.apply(source.removed, source.points)[0, source.outline]
+    misfit = propose.misfit_of(outline, correspond.places(rim, propose.corresponding(outline, rim)))
+    return misfit if misfit < AWAY * found.misfit else None
 
 
 def write(

@@ -1,8 +1,14 @@
 """Commands from a clip to a motion: choose the keys, capture, and prove it."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from retarget.console import Device, Out, device_needs_refine, shot_of, stem, told
+from retarget.console import Device, Out, device_needs_refine, shot_of, stem, tell, told
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+FILLED = 0.4  # of a box: a layer that takes up less of it may have been cut through
 
 
 def suggest(
@@ -64,6 +70,7 @@ def suggest(
     clip = told(video.open_clip(shot))
     followed = outlines.follow(shot.parts[0], clip, shot.start)
     found = choosing.suggest(followed.points, residual, keys, followed.whole)
+    _tell_of_box(box, followed.points[(start if frame is None else frame) - shot.start])
     part = choosing.with_keys(shot.parts[0], followed.points, found, shot.start)
     why = choosing.reasons(found, shot.start)
     out = out or Path(stem(source) + ".shot.toml")
@@ -137,11 +144,27 @@ def capture(
     clip = told(video.open_clip(shot))
     motion = batch.capture_to(out, shot, clip, refine, device)
     said = f"{out}: {tracks.summary(motion, shot.start)}"
+    _tell_of_box(box, motion.outline(motion.tracks[0].part)[(start if frame is None else frame) - shot.start])
     if not source.name.endswith(".toml"):
         beside = out.with_name(stem(out) + ".shot.toml")
         write_shot(shot, beside)
         said += f"; the shot is in {beside}"
     return said
+
+
+def _tell_of_box(box: tuple[float, float, float, float] | None, outline: "NDArray") -> None:
+    """Say when most of a box that was drawn round the layer has not been taken for it: the box may cut through it."""
+    if box is None:
+        return
+    (x, y), (right, bottom) = outline.min(axis=0), outline.max(axis=0)
+    width, height = right - x, bottom - y
+    if width * height < FILLED * box[2] * box[3]:
+        tell(
+            [
+                f"of the box only {width:.0f} x {height:.0f} pixels at {x:.0f}, {y:.0f} are taken for the layer: if it "
+                "is more than that, draw the box wider, with background on all sides, or give --color"
+            ]
+        )
 
 
 def contour(

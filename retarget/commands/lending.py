@@ -2,8 +2,12 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from retarget.console import Out, stem, tell, told
+
+SIDES = {"front": "xy", "right": "zy", "back": "-xy", "left": "-zy"}  # as casts call them
+SLID = 0.5  # pixels that a foot slides: less is not seen, and not told
 
 
 def retarget(
@@ -15,8 +19,11 @@ def retarget(
     background: str | None = None,
     into: Path | None = None,
     box: tuple[float, float, float, float] | None = None,
+    side: Literal["front", "right", "back", "left"] | None = None,
+    height: float | None = None,
     size: int | None = None,
     bend: bool = False,
+    bridge: bool = False,
     soften: float = 0.0,
     match: float = 0.0,
     shadow: float = 0.0,
@@ -43,10 +50,18 @@ def retarget(
         The *.shot.toml that was captured: the character takes the place of the layer in its own clip.
     box
         X Y WIDTH HEIGHT round what to cut out of a photograph given with --drawing.
+    side
+        How a 3-D model given with --drawing is seen: from its front, its back, or its side, looking to the right or the
+        left; its front if not given.
+    height
+        How tall a character given with --drawing is, times the source's height; how far it travels goes with it.
     size
         Width in pixels of what is made; the source's own if not given.
     bend
         Bend the one drawing along a captured line of action.
+    bridge
+        Show every part in every frame, also what the capture has lost; without it only limbs that pass behind their
+        body, and with --into not even those.
     soften
         Before a background: pixels that the character's edges are blurred by.
     match
@@ -56,7 +71,7 @@ def retarget(
     """
     from capture.errors import InputError
     from capture.fit.video import open_clip
-    from capture.motion import tracks
+    from capture.motion import gaps, tracks
     from capture.pictures.clip import Clip
     from capture.pictures.encode import write_clip
     from capture.pictures.shot import read_shot
@@ -64,10 +79,13 @@ def retarget(
     from retarget.characters import cast as casting
     from retarget.characters import castfile
     from retarget.characters.backdrop import read_background
+    from retarget.characters.meshfiles import MODELS
     from retarget.characters.target import parts_of
     from retarget.export import formats
     from retarget.stage import composite, draw2d, plate
     from retarget.stage.direct import direct
+    from retarget.stage.folds import folds
+    from retarget.stage.page import beyond
     from retarget.stage.perform import perform
 
     captured = tracks.load(motion)
@@ -79,6 +97,10 @@ def retarget(
         raise InputError("a retarget needs either --cast FILE or --drawing FILES, to say who plays")
     if box is not None and cast is not None:
         raise InputError("--box cuts out the photograph given with --drawing; a cast says box = [...] itself")
+    if side is not None and (cast is not None or any(file.suffix.lower() not in MODELS for file in drawing)):
+        raise InputError('--side says how a 3-D model given with --drawing is seen; a cast says plane = "zy" itself')
+    if height is not None and (cast is not None or not 0 < height < float("inf")):
+        raise InputError(f"--height must be above 0, and is for --drawing; a cast says it itself: got {height:g}")
     if bend and (cast is not None or len(drawing) != 1 or len(captured.tracks) != 1):
         raise InputError('--bend needs one --drawing and a motion of one part; a cast says between = "bend" itself')
     if bend:
@@ -86,20 +108,25 @@ def retarget(
         chosen = castfile.Cast((part,))
     else:
         chosen = castfile.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
-    if box is not None:
-        parts, bodies = (tuple(replace(one, box=box) for one in ones) for ones in (chosen.parts, chosen.bodies))
-        chosen = replace(chosen, parts=parts, bodies=bodies)
+    flags = (("box", box), ("plane", SIDES.get(side)), ("height", height))
+    told_here = {name: value for name, value in flags if value is not None}
+    parts, bodies = (tuple(replace(one, **told_here) for one in ones) for ones in (chosen.parts, chosen.bodies))
+    chosen = replace(chosen, parts=parts, bodies=bodies)
+    lent = gaps.bridged(captured) if bridge else gaps.limbs_bridged(captured) if into is None else captured
     with working("learning the drawings"):
-        actors = casting.targets(chosen, captured)
-        performance, slid = direct(perform(captured, actors), chosen, captured)
+        actors = casting.targets(chosen, lent)
+        performance, slid = direct(perform(lent, actors), chosen, lent)
     tell(note for actor in actors for note in getattr(actor, "notes", ()))
+    tell(map(str, folds(performance)))
     parts = ", ".join(part for actor in actors for part in parts_of(actor))
-    feet = f"; {slid}" if slid is not None and max(slid.before, slid.after) >= 0.05 else ""
+    feet = f"; {slid}" if slid is not None and max(slid.before, slid.after) >= SLID else ""
     said = f"{out}: {len(captured.times)} frames at {captured.fps:.4g} a second, new"
     if write := formats.bodies(out):
         with working("meshing the drawings"):
             write(performance, out)
         return f"{said} bodies play {parts}{feet}"
+    over = beyond(performance, captured)
+    done = f"{said} drawings play {parts}{feet}{f'; {over}' if over else ''}"
     drawings = formats.drawings(out)
     if drawings and (into is not None or any((soften, match, shadow))):
         raise InputError(
@@ -126,7 +153,7 @@ def retarget(
                 )
             with working("writing the drawings"):
                 drawings(performance, out, size, behind)
-            return f"{said} drawings play {parts}{feet}"
+            return done
         if blend == composite.Blend():
             frames = draw2d.draw_frames(performance, behind, size)
         elif behind is None:
@@ -134,4 +161,4 @@ def retarget(
         else:
             frames = composite.over(performance, behind, size, blend)
     write_clip(out, progress(frames, "drawing", len(captured.times)), captured.fps, captured.times)
-    return f"{said} drawings play {parts}{feet}"
+    return done

@@ -66,6 +66,11 @@ def propose(
     with working("carrying the keys over"):
         made = [proposals.proposal(one, captured, pins.get(one.part, [])) for one in castings]
     tell(note for one in castings for note in one.notes)
+    if len(castings) == 1 and castings[0].picture is None and not mirror and not pins:
+        less = proposals.looking_away(castings[0], captured, made[0])
+        if less is not None:
+            apart = f"with --mirror outlines would lie {less:.0%} of the height apart, not {made[0].misfit:.0%}"
+            tell([f"{drawing[0].name} may look the other way than the source: {apart}"])
     written, kept = proposals.write(folder_at(out), castings, made, captured, again)
     names = [out.name if len(castings) == 1 else f"{out.name}_{casting.part}" for casting in castings]
     for name, one, casting in zip(names, made, castings, strict=True):

@@ -13,10 +13,10 @@ from msgspec import Meta
 from capture.errors import InputError
 from capture.motion import tracks
 from capture.motion.tracks import CartoonMotion
-from capture.pictures.shot import KeyDrawing, Part, Shot, check, read_shot
+from capture.pictures.shot import KeyDrawing, Part, Shot, check
 from retarget.workbench import parts, pictures
 from retarget.workbench.desks import Desk, Seen, Work
-from retarget.workbench.state import MOTION, SHOT, State, file_of
+from retarget.workbench.state import MOTION, State, file_of
 
 Number = Annotated[int, Meta(ge=0, le=10_000_000)]
 Place = Annotated[float, Meta(ge=-1e5, le=1e5)]
@@ -150,6 +150,7 @@ def stretch(state: State, start: Number, stop: Number | None = None) -> State:
     end = frames if stop is None else stop
     if not start < end <= frames:
         raise InputError(f"the stretch must begin before it ends and lie in 0 to {frames}, got {start} to {end}")
+    shot = replace(shot, parts=tuple(one if _is_told(one) else parts.told(one, start) for one in shot.parts))
     outside = [f"{p.name} {k.name}" for p in shot.parts for k in p.keys if not start <= k.frame < end]
     if outside:
         raise InputError(f"key drawings must lie in the stretch, {outside[0]} does not: choose more, or remove it")
@@ -198,13 +199,13 @@ def captured(state: State, part: Name) -> Seen:
 # --- work: long, in a process of its own ----------------------------------------------------------------------------
 
 
-def suggest(shot: str, part: str, residual: float, keys: int) -> dict[str, Any]:
+def suggest(shot: dict[str, Any], part: str, residual: float, keys: int) -> dict[str, Any]:
     """Find a part's keys."""
     from capture.fit import outlines, video
     from capture.fit import suggest as choosing
     from capture.progress import working
 
-    told = read_shot(shot)
+    told = msgspec.convert(shot, Shot)
     one = parts.part_of(told, part)
     clip = video.open_clip(told)
     followed = outlines.follow(one, clip, told.start)
@@ -222,13 +223,13 @@ def suggested(state: State, part: str, keys: list[dict[str, Any]]) -> State:
     return _with(state, replace(one, keys=tuple(drawn), box=None, color=None, inside=(), outside=()))
 
 
-def capture(shot: str, out: str) -> dict[str, Any]:
+def capture(shot: dict[str, Any], out: str) -> dict[str, Any]:
     """Capture the shot."""
     from capture.fit import batch, video
 
-    told = read_shot(shot)
+    told = msgspec.convert(shot, Shot)
     batch.capture_to(Path(out), told, video.open_clip(told))
-    return {"motion": out, "shot": msgspec.to_builtins(told), "written": [MOTION]}
+    return {"motion": out, "shot": shot, "written": [MOTION]}
 
 
 def now_captured(state: State, motion: str, shot: dict[str, Any]) -> State:
@@ -240,13 +241,13 @@ def _prepare_suggest(
     state: State, part: Name, residual: Annotated[float, Meta(gt=0, le=100)] = 1.0, keys: Number = 8
 ) -> dict[str, Any]:
     _tellable(parts.part_of(_shot(state), part))
-    return {"shot": str(file_of(state, SHOT)), "part": part, "residual": residual, "keys": keys}
+    return {"shot": asdict(_shot(state)), "part": part, "residual": residual, "keys": keys}
 
 
 def _prepare_capture(state: State) -> dict[str, Any]:
     for part in _shot(state).parts:
         _tellable(part)
-    return {"shot": str(file_of(state, SHOT)), "out": str(file_of(state, MOTION))}
+    return {"shot": asdict(_shot(state)), "out": str(file_of(state, MOTION))}
 
 
 DESK = Desk(
@@ -283,8 +284,13 @@ def _with(state: State, part: Part) -> State:
     return replace(state, shot=parts.with_part(_shot(state), part))
 
 
+def _is_told(part: Part) -> bool:
+    """Whether it is said which pixels are the part's."""
+    return bool(part.keys[0].outline or part.box or part.color or part.inside)
+
+
 def _tellable(part: Part) -> None:
-    if not (part.keys[0].outline or part.box or part.color or part.inside):
+    if not _is_told(part):
         raise InputError(f"part {part.name!r} must be shown first: draw a box round it, or its outline")
 
 

@@ -9,6 +9,7 @@ import hmac
 import secrets
 import socket
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
@@ -153,6 +154,8 @@ def pages(session: Session) -> Asgi:
 
 async def _converse(websocket: "WebSocket", session: Session) -> None:
     """One page: its messages in, events out, until it closes."""
+    from starlette.websockets import WebSocketDisconnect
+
     loop, waiting = asyncio.get_running_loop(), asyncio.Queue()
     looking, tasks = asyncio.Semaphore(LOOKS_AT_ONCE), set()
     await websocket.accept()
@@ -162,10 +165,11 @@ async def _converse(websocket: "WebSocket", session: Session) -> None:
             loop.call_soon_threadsafe(waiting.put_nowait, event)
 
     async def send() -> None:
-        while waiting.qsize() < BEHIND:
-            packed = wire.packed(await waiting.get())
-            await (websocket.send_text(packed) if isinstance(packed, str) else websocket.send_bytes(packed))
-        await websocket.close(1013)
+        with suppress(WebSocketDisconnect, RuntimeError):  # it has gone meanwhile
+            while waiting.qsize() < BEHIND:
+                packed = wire.packed(await waiting.get())
+                await (websocket.send_text(packed) if isinstance(packed, str) else websocket.send_bytes(packed))
+            await websocket.close(1013)
 
     async def look(message: dict[str, Any]) -> None:
         async with looking:

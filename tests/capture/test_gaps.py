@@ -54,3 +54,20 @@ def test_a_part_that_is_always_or_never_seen_is_left_alone():
     never = replace(motion, tracks=(replace(motion.tracks[0], visible=np.zeros(13, bool)),))
     for one in (motion, never):
         assert gaps.bridged(one).tracks[0] is one.tracks[0]
+
+
+def test_a_limb_goes_on_behind_its_body_and_a_body_that_went_away_takes_it_along():
+    _, motion = swinging(frames=16, hidden=slice(3, 6))
+    arm = motion.tracks[0]
+    away, end = arm.visible.copy(), np.arange(16) < 14
+    away[:] = True
+    away[8:11] = False
+    body = replace(arm, part="body", visible=away)
+    arm = replace(arm, parent="body", visible=arm.visible & away & end)
+    made = gaps.limbs_bridged(replace(motion, tracks=(arm, body), keysets=motion.keysets * 2))
+    assert np.array_equal(made.track("body").visible, away)
+    assert np.array_equal(
+        made.track("arm").visible, away & end
+    )  # what comes after the last time it is seen is not known
+    whole = gaps.bridged(replace(motion, tracks=(replace(arm, parent=""),))).tracks[0]
+    assert np.array_equal(made.track("arm").affine, whole.affine)

@@ -18,6 +18,7 @@ from retarget.commands.lending import retarget
 from retarget.stage import staging
 from retarget.stage.direct import direct, stays_of
 from retarget.stage.draw2d import draw
+from retarget.stage.folds import folds
 from retarget.stage.perform import perform
 
 RED = np.array([1.0, 0, 0, 1])
@@ -96,6 +97,15 @@ def test_a_seam_never_opens_nor_folds_in_a_moderate_bend():
     performance = perform(motion, [body(whole(), motion, seam=30.0)])
     doubled = areas(performance.roles[0].mesh(), whole().keys.faces)
     assert (doubled * np.sign(doubled[0]) > 0).all()
+
+
+def test_a_body_that_turns_inside_out_is_told():
+    """Were its left half the lower arm, from top to bottom, it would swing through the right half."""
+    motion = bending(1.5)
+    sides = {"upper": Limb(region=box(100, 60, 120, 200)), "lower": Limb(region=box(80, 60, 100, 200))}
+    (found,) = folds(perform(motion, [body(whole(), motion, sides, seam=20.0)]))
+    assert folds(perform(bending(0.6), [body(whole(), bending(0.6), seam=30.0)])) == []
+    assert found.worst == FRAMES - 1 and found.share > 0.06 and "arm: it folds over itself in" in str(found)
 
 
 def test_parts_that_lie_apart_move_as_if_each_played_its_own():

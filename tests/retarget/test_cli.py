@@ -70,6 +70,18 @@ def test_a_clip_is_captured_straight_from_a_box_and_its_shot_is_written(short: P
     assert np.array_equal(tracks.load(out).tracks[0].affine, tracks.load(again).tracks[0].affine)
 
 
+def test_a_box_that_cuts_through_the_layer_is_told(short: Path, tmp_path: Path, capsys):
+    """Grey beyond the box is background, and so is grey inside it: only the white on it is found."""
+    picture = np.full((120, 160, 3), (200, 220, 240), np.uint8)
+    picture[20:110, 10:150] = 150
+    picture[50:70, 60:90] = 250
+    write_clip(tmp_path / "two.mp4", [picture] * 3)
+    for box, cut in ((("30", "30", "100", "60"), True), (("4", "12", "152", "104"), False)):
+        out = tmp_path / f"{cut}.motion.json"
+        assert main(["capture", str(tmp_path / "two.mp4"), "--box", *box, "-o", str(out)]) == 0
+        assert ("draw the box wider" in capsys.readouterr().err) == cut
+
+
 def test_keys_are_suggested_and_the_shot_file_can_be_captured(tmp_path: Path, capsys):
     toon = hat.hat()
     shown = (0, 2, 4, 6, 8, 10, 14, 18, 22, 26, 28, 30, 32)

@@ -1,5 +1,6 @@
 """What a cast says of the staging happens: feet stay, legs bend, a path is gone, the pile is as told."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -152,16 +153,46 @@ def test_keeps_that_cannot_be_are_refused():
     assert slid.after < 1e-6
 
 
-def test_the_command_says_how_far_feet_slid(tmp_path):
-    motion = skating()
-    tracks.save(motion, tmp_path / "skate.motion.json")
-    text = "ground = false\n"
+def staged(folder, motion, text=""):
+    """A motion file and a cast of rectangles in a folder."""
+    tracks.save(motion, folder / "skate.motion.json")
+    text = f"ground = false\n{text}"
     for name, (_, _, (x0, y0, x1, y1)) in BODY.items():
         svg = f'<svg xmlns="http://www.w3.org/2000/svg"><path d="M{x0},{y0} H{x1} V{y1} H{x0} Z" fill="red"/></svg>'
-        (tmp_path / f"{name}.svg").write_text(svg)
+        (folder / f"{name}.svg").write_text(svg)
         text += f'[[parts]]\nname = "{name}"\ndrawing = "{name}.svg"\n'
-    text += '[[keep]]\npart = "shin"\nframes = [8, 14]\npoint = [96, 203]\n'
-    (tmp_path / "skate.cast.toml").write_text(text)
-    assert read_cast(tmp_path / "skate.cast.toml").keep[0].frames == (8, 14)
-    said = retarget(tmp_path / "skate.motion.json", tmp_path / "s.svg", cast=tmp_path / "skate.cast.toml")
+    (folder / "skate.cast.toml").write_text(text)
+    return folder / "skate.motion.json", folder / "skate.cast.toml"
+
+
+def test_the_command_says_how_far_feet_slid(tmp_path):
+    file, told = staged(tmp_path, skating())
+    told.write_text(told.read_text() + '[[keep]]\npart = "shin"\nframes = [8, 14]\npoint = [96, 203]\n')
+    assert read_cast(told).keep[0].frames == (8, 14)
+    said = retarget(file, tmp_path / "s.svg", cast=told)
     assert said.endswith("drawings play torso, thigh, shin; feet slid by 18.0 px, now by 0.0")
+
+
+def test_the_command_says_when_a_character_leaves_the_page(tmp_path):
+    """Half as tall again, it glides by 12 pixels a frame from 122.5: over the edge at 319.5 by 79 in the last frame."""
+    file, told = staged(tmp_path, skating(thigh=0.0, speed=8.0))
+    assert "page" not in retarget(file, tmp_path / "s.svg", cast=told)
+    told.write_text(told.read_text().replace('drawing = "torso.svg"', 'drawing = "torso.svg"\nheight = 1.5'))
+    said = retarget(file, tmp_path / "s.svg", cast=told)
+    found = re.search(r"; beyond the page in 7 frames, most in frame 23, by (\d+) px$", said)
+    assert found and int(found[1]) == pytest.approx(79, abs=2)  # a mesh is a little larger than what is drawn on it
+
+
+def test_a_limb_that_something_hid_is_drawn_and_what_was_lost_is_if_asked_for(tmp_path):
+    motion = skating()
+    seen = ~np.isin(np.arange(FRAMES), [10, 11])
+    limb, body = replace(motion.track("thigh"), visible=seen), replace(motion.track("torso"), visible=np.roll(seen, 5))
+    file, told = staged(tmp_path, replace(motion, tracks=(body, limb, motion.tracks[2])))
+
+    def count(**more):
+        folder = tmp_path / f"frames{len(more)}"
+        retarget(file, folder / "0000.svg", cast=told, **more)
+        return [(folder / f"{t:04d}.svg").read_text().count("<path") for t in (9, 10, 15)]
+
+    assert count() == [3, 3, 2]  # the body has gone, the thigh of frame 10 has not
+    assert count(bridge=True) == [3, 3, 3]

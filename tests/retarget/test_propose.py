@@ -220,6 +220,24 @@ def test_a_picture_gets_an_outline_for_each_key(tmp_path: Path, by_hand):
     assert played[0].keys.names == by_hand.names
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_drawing_that_looks_the_other_way_is_told(tmp_path: Path, source: keys.KeySet, capsys, turned: bool):
+    """The source's own first key, and the same in a mirror."""
+    shape = _shapes(source)[0]
+    shape = (shape - shape.mean(axis=0)) * (-1 if turned else 1, 1) + 400
+    d = "M" + " L".join(f"{x:.2f},{y:.2f}" for x, y in shape) + " Z"
+    text = f'<svg xmlns="http://www.w3.org/2000/svg" width="800" height="800"><path d="{d}" fill="green"/></svg>'
+    (tmp_path / "it.svg").write_text(text)
+    still = {"affine": np.tile(affine.identity(), (2, 1, 1)), "weights": np.eye(2, len(source.rows))}
+    track = tracks.track_of("frog", source, still["affine"], still["weights"], np.zeros(2))
+    motion = CartoonMotion((track,), (source,), np.arange(2) / 24, 24.0, (800, 800))
+    tracks.save(motion, tmp_path / "frog.motion.json")
+    for mirror in (False, True):
+        command(tmp_path / "frog.motion.json", tmp_path / f"{mirror}", drawing=(tmp_path / "it.svg",), mirror=mirror)
+        told = capsys.readouterr().err
+        assert ("may look the other way" in told) == (turned and not mirror)
+
+
 def test_what_cannot_be_used_is_refused_in_a_sentence(tmp_path: Path, by_hand):
     drawing = tmp_path / "worm.svg"
     drawing.write_text(by_hand.worm_svg(), encoding="utf-8")

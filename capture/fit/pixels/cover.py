@@ -23,6 +23,7 @@ NEAR_EDGE = 16  # pixels from the picture's edge within which a part may reach b
 FOREIGN = 0.02  # share of the matte beyond that rim which calls for a second fit
 UNHEARD = 1e-5  # density of a colour in the tables below which it has not been seen; all alike would have 3e-5
 MOSTLY = 0.7  # share of a part's place in colours unheard of, from which on the light has changed instead
+SHIFTED = 0.08  # of a part's size: as far may it have gone from where it is expected, and a splinter is still its own
 REJECTED = 0.05  # share of a part's inside, not of its colours, from which on something else is in front of it
 
 
@@ -186,13 +187,15 @@ def _strange(picture: NDArray, colors: ColorModel) -> NDArray:
 def _belonging(soft: NDArray, near: NDArray) -> NDArray:
     """The patches of a matte that belong to a part expected on a mask.
 
-    Those that have much in common with it, and splinters that lie on it: something in front may have cut them off.
+    Those that have much in common with it, and splinters that lie on it, or close by: something in front may have cut
+    them off.
     """
     count, labels = cv2.connectedComponents(cv2.compare(soft, 0.1, cv2.CMP_GT), ltype=cv2.CV_16U)
     if count <= 2:
         return soft
-    on, of = patches.sizes_of(labels, count, near), patches.sizes_of(labels, count)
-    kept = (on > 0.25 * on.max()) | (on > 0.5 * of)
+    about = grown(near, round(SHIFTED * max(cv2.boundingRect(near)[2:])))
+    on, close, of = (patches.sizes_of(labels, count, where) for where in (near, about, None))
+    kept = (on > 0.25 * on.max()) | (close > 0.5 * of)
     kept[0] = True  # the faint rim
     return cv2.copyTo(soft, patches.chosen(labels, kept))
 

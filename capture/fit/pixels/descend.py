@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from capture.fit.pixels import model as models
 from capture.fit.pixels import outside, track_affine, track_keys, track_shape
-from capture.fit.pixels.layer import Layer
+from capture.fit.pixels.layer import ALPHA_GAIN, Layer
 from capture.fit.pixels.model import PartModel
 from capture.fit.pixels.sighting import Pose
 from capture.motion import affine
@@ -85,7 +85,8 @@ def evidence(model: PartModel, frame: Layer, pose: Pose, level: int = 1) -> Evid
     """How much of the posed part a picture shows.
 
     Differences are cut off at `CLEARLY`, so that a stranger in front costs what it covers and no more.  A pixel
-    counts by how far it would differ were there nothing: flat surroundings of a part prove nothing.
+    counts by how far it would differ were there nothing: flat surroundings of a part prove nothing.  What the key did
+    not show of the part proves nothing either, but where it would be in sight and is not, it speaks against the pose.
     """
     points, values = appearance(model, level, pose.alpha)
     level = min(level, len(model.rigid.levels) - 1)
@@ -97,7 +98,20 @@ def evidence(model: PartModel, frame: Layer, pose: Pose, level: int = 1) -> Evid
     share = float((weight * telling).sum() / max(telling.sum(), 1e-9))
     if share < 1e-3:
         return Evidence(0.0, 0.0)
-    return Evidence(float((weight * (agrees - 1 + telling)).sum() / (weight * telling).sum()), share)
+    shown = float((weight * (agrees - 1 + telling)).sum() / (weight * telling).sum())
+    return Evidence(shown * (1 - bare(model, frame, pose)), share)
+
+
+def bare(model: PartModel, frame: Layer, pose: Pose) -> float:
+    """The share of what should be in sight of a posed part that was hidden in its key and is missing here."""
+    if model.shape is not None or not model.guessed.any():
+        return 0.0
+    at = affine.apply(pose.placed, model.inner)
+    level = min(1, len(frame.levels) - 1)  # at full size alpha may not be told
+    known = frame.sample_known(level, at)
+    weight = np.ones(len(at)) if known is None else known
+    missing = frame.sample(level, at)[:, 3] < 0.5 * ALPHA_GAIN
+    return float((weight * (missing & model.guessed)).sum() / max(weight.sum(), 1e-9))
 
 
 def worth(pose: Pose, seen: Evidence) -> float:

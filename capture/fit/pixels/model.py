@@ -19,6 +19,7 @@ from capture.pictures.matte import ColorModel, Seed
 from capture.pictures.shot import Part
 
 INK = 2  # pixels beyond an outline that a part in front still colours
+GRID = 3  # pixels between places within a part
 RIM = 4  # pixels within an outline where the silhouette tells, whatever is painted there
 
 
@@ -51,6 +52,8 @@ class PartModel:
     view: View
     rigid: track_affine.Template
     shape: ShapeModel | None  # None for a part with one key
+    inner: NDArray  # (Q, 2) places well within the first key's outline, in its frame ...
+    guessed: NDArray  # (Q,) bool: others hide the part there, so nobody knows what it looks like, but it is there
 
 
 def learn(part: Part, clip: Clip, first: int = 0, others: tuple[Part, ...] = ()) -> PartModel:
@@ -79,7 +82,7 @@ def learn(part: Part, clip: Clip, first: int = 0, others: tuple[Part, ...] = ())
         key_layer = replace(key_layer, known=layer.halved(known[window], view.levels))
     rigid = track_affine.template(key_layer, outlines[0])
     shape = _shape_model(keyset, pictures, mattes, view) if len(part.keys) > 1 else None
-    return PartModel(part, keyset, colors, view, rigid, shape)
+    return PartModel(part, keyset, colors, view, rigid, shape, *_within(outlines[0], covers[0]))
 
 
 def seed(part: Part, pictures: list[NDArray]) -> list[Seed]:
@@ -134,6 +137,14 @@ def _filled(picture: NDArray, alpha: NDArray, outline: NDArray, cover: Cover) ->
     rows, columns = distance_transform_edt(~shown, return_distances=False, return_indices=True)
     soft = cv2.GaussianBlur(own.astype(np.float32), (0, 0), 0.7)
     return np.where(under[..., None], picture[rows, columns], picture), np.where(under, soft, alpha)
+
+
+def _within(outline: NDArray, cover: Cover) -> tuple[NDArray, NDArray]:
+    """Places (Q, 2) on a grid well within an outline (B, 2), and which of them (Q,) others hide."""
+    own = matte.fill((cover.hidden.shape[1], cover.hidden.shape[0]), outline)
+    inner = cv2.erode(own, np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8))
+    rows, columns = np.nonzero(inner[::GRID, ::GRID])
+    return GRID * np.column_stack([columns, rows]).astype(float), cover.hidden[::GRID, ::GRID][rows, columns] > 0
 
 
 def _known(part: Part, cover: Cover) -> NDArray | None:

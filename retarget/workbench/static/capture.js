@@ -166,7 +166,7 @@ export function mount(el, bench) {
     const one = part();
     if (!one) return fill(side);
     const motion = now().motion;
-    const names = parts().map(({ name, parent, keys }) => [name, parent, keys.map((key) => [key.name, key.frame, key.outline.length > 0])]);
+    const names = parts().map(({ name, parent, order, keys }) => [name, parent, order, keys.map((key) => [key.name, key.frame, key.outline.length > 0])]);
     const seen = JSON.stringify([desk.part, names, parts().map((other) => Boolean(isTold(other))), motion?.number, now().stale, bench.running, now().clip]);
     if (seen === inPanel) return paintKeys();
     inPanel = seen; // or a slider would be taken from under the hand
@@ -176,9 +176,11 @@ export function mount(el, bench) {
         make("small", {}, other.parent ? `on ${other.parent}` : "")));
     const name = make("input", { type: "text", value: one.name, maxLength: 60, "aria-label": "Name of the part" });
     name.onchange = () => act("rename_part", { part: one.name, to: name.value.trim() || one.name }).then(() => choosePart(name.value.trim()));
-    const above = make("select", { "aria-label": "Hangs on", onchange: () => act("hang_part", { parent: above.value }) },
+    const above = make("select", { "aria-label": "Hangs on", onchange: () => act("hang_part", { part: one.name, parent: above.value }) },
       make("option", { value: "" }, "on nothing"),
       ...parts().filter((other) => other !== one).map((other) => make("option", { value: other.name, selected: other.name === one.parent }, `on ${other.name}`)));
+    const order = make("input.order", { type: "number", value: one.order, title: "Of two parts the one with the higher number is in front", "aria-label": "In front" });
+    order.onchange = () => act("hang_part", { part: one.name, parent: one.parent, order: Math.round(Number(order.value)) || 0 });
     const keys = one.keys.filter(({ outline }) => outline.length).map((key, n) =>
       make("li", {},
         make("button.key", { type: "button", "data-frame": key.frame, title: n < 9 ? `Key ${n + 1}` : "", onclick: () => time.go(key.frame) }, make("b", {}, n < 9 ? String(n + 1) : "·"), key.name, make("small", {}, `frame ${key.frame}`)),
@@ -194,7 +196,7 @@ export function mount(el, bench) {
     mend.hidden = !motion;
     fill(side,
       make("h2", {}, "Parts"), make("div.parts", {}, ...list),
-      make("div.row", {}, name, parts().length > 1 && above),
+      make("div.row", {}, name, parts().length > 1 && above, parts().length > 1 && order),
       make("div.row", {}, button("Add a part", "", addPart), parts().length > 1 && button("Remove", "", () => act("remove_part"))),
       make("h2", {}, "Keys"),
       keys.length ? make("ol.keys", {}, ...keys) : make("p.none", {}, "None yet."),

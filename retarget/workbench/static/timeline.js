@@ -22,10 +22,11 @@ export function makeTimeline(el, { went, keyChosen }) {
   const time = { frame: 0, first: 0, last: 0, fps: 24, playing: false, curves: [], worst: [], keys: [], lost: [] };
   let began = [0, 0];
 
-  const x = (frame) => LEFT + ((frame + 0.5) / (time.last + 1)) * (strip.clientWidth - LEFT - RIGHT);
+  const count = () => time.last - time.first + 1;
+  const x = (frame) => LEFT + ((frame - time.first + 0.5) / count()) * (strip.clientWidth - LEFT - RIGHT);
   const frameAt = (event) => {
     const box = strip.getBoundingClientRect();
-    return Math.floor(((event.clientX - box.left - LEFT) / (box.width - LEFT - RIGHT)) * (time.last + 1));
+    return time.first + Math.floor(((event.clientX - box.left - LEFT) / (box.width - LEFT - RIGHT)) * count());
   };
 
   time.go = (frame) => {
@@ -79,15 +80,19 @@ export function makeTimeline(el, { went, keyChosen }) {
       context.fillText("0", LEFT - 5, bottom);
     }
     context.textAlign = "center";
-    const every = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 5000].find((n) => (n / (time.last + 1)) * wide > 44) ?? 10000;
-    for (let frame = 0; frame <= time.last; frame += every) {
+    const every = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 5000].find((n) => (n / count()) * wide > 44) ?? 10000;
+    for (let frame = every * Math.ceil(time.first / every); frame <= time.last; frame += every) {
       context.fillStyle = "#33363b";
       context.fillRect(x(frame), TOP, 1, bottom - TOP);
       context.fillStyle = "#9a9da3";
       context.fillText(frame, x(frame), tall - 5);
     }
     context.fillStyle = "rgba(150, 150, 150, 0.25)";
-    for (const frame of time.lost) context.fillRect(x(frame - 0.5), TOP, x(1) - x(0), bottom - TOP);
+    for (const frame of time.lost) context.fillRect(x(frame - 0.5), TOP, x(time.first + 1) - x(time.first), bottom - TOP);
+    context.save(); // a capture may reach beyond the stretch that is chosen now
+    context.beginPath();
+    context.rect(LEFT, 0, wide - LEFT - RIGHT + 6, tall);
+    context.clip();
     for (const { values, first, color, chosen } of time.curves) {
       context.beginPath();
       values.forEach((value, t) => context[t ? "lineTo" : "moveTo"](x(t + first), y(value)));
@@ -117,6 +122,7 @@ export function makeTimeline(el, { went, keyChosen }) {
         context.stroke();
       }
     }
+    context.restore();
     context.fillStyle = "#f4f4f4";
     context.fillRect(x(time.frame) - 0.75, TOP - 6, 1.5, bottom - TOP + 8);
   };

@@ -5,6 +5,8 @@ export function makeView(el) {
   const canvas = document.createElement("canvas");
   canvas.className = "view";
   canvas.tabIndex = 0;
+  canvas.setAttribute("role", "img");
+  canvas.setAttribute("aria-label", "The picture");
   el.append(canvas);
   const context = canvas.getContext("2d");
   const view = { canvas, scale: 1, x: 0, y: 0, picture: null, frame: -1, size: [1, 1], painters: [] };

@@ -35,15 +35,14 @@ def got(serving, path, **headers):
             return error.code, error.read().decode()
 
 
-def talked(serving, sent, token=None, origin=None, host=None):
+def talked(serving, sent, token=None, origin=None):
     """The events that come back up to the answer; "closed" with the code where the server hangs up."""
 
     async def talk():
         own = f"http://127.0.0.1:{serving.port}" if origin is None else origin
         address = f"ws://127.0.0.1:{serving.port}/socket?token={serving.token if token is None else token}"
-        extra = {} if host is None else {"Host": host}
         try:
-            async with websockets.connect(address, origin=own or None, additional_headers=extra) as socket:
+            async with websockets.connect(address, origin=own or None) as socket:
                 events = [json.loads(await socket.recv())]
                 await socket.send(sent)
                 while events[-1]["kind"] not in ("done", "refused", "seen"):
@@ -77,11 +76,14 @@ def test_a_page_of_another_origin_gets_nothing(serving):
     assert got(serving, f"/?token={serving.token}", Origin="http://evil.example")[0] == 403
     assert talked(serving, "{}", origin="http://evil.example") == 403
     assert talked(serving, "{}", origin="null") == 403
+    assert talked(serving, "{}", origin="") == 403  # no page at all
 
 
 def test_a_name_that_was_led_here_from_elsewhere_is_refused(serving):
     """DNS rebinding: the browser takes evil.example for us, but still says whom it calls."""
-    assert got(serving, f"/?token={serving.token}", Host=f"evil.example:{serving.port}")[0] == 421
+    evil = f"evil.example:{serving.port}"
+    assert got(serving, f"/?token={serving.token}", Host=evil)[0] == 421
+    assert got(serving, "/static/workbench.js", Host=evil)[0] == 421
 
 
 @pytest.mark.parametrize("token", ["", "wrong"])
@@ -123,3 +125,15 @@ def test_the_page_may_load_nothing_from_elsewhere(serving):
     with urllib.request.urlopen(serving.address, timeout=10) as answer:
         policy = answer.headers["content-security-policy"]
     assert policy.startswith("default-src 'self';") and "frame-ancestors 'none'" in policy
+
+
+def test_who_goes_away_in_the_middle_leaves_the_server_as_it_was(serving):
+    async def leave():
+        address = f"ws://127.0.0.1:{serving.port}/socket?token={serving.token}"
+        socket = await websockets.connect(address, origin=f"http://127.0.0.1:{serving.port}")
+        for number in range(50):
+            await socket.send(json.dumps({"do": "undo", "id": number}))
+        socket.transport.abort()
+
+    asyncio.run(leave())
+    assert talked(serving, '{"do": "undo"}')[-1]["kind"] == "done"

@@ -186,3 +186,12 @@ def test_a_page_gets_every_field_of_a_part_also_of_one_read_from_a_file(folder):
     (part,) = Session(folder, "other.shot.toml").shown()["changed"]["capture"]["parts"]
     assert set(part) == set(Part.__dataclass_fields__) and part["box"] is None and list(part["inside"]) == []
     assert set(part["keys"][0]) == {"name", "frame", "outline"}
+
+
+def test_a_stretch_may_begin_anywhere_until_a_key_is_drawn_outside_it(hop, session):
+    hop.done(session, "capture.stretch", start=4, stop=20)
+    assert (session.state.shot.start, session.state.shot.stop) == (4, 20)
+    hop.done(session, "capture.outline", part="character", frame=6, points=hop.ring(6))
+    assert "character rest" in hop.refused(session, {"do": "capture.stretch", "start": 8})
+    hop.done(session, "capture.stretch", start=0)
+    assert session.state.shot.stop is None

@@ -94,6 +94,18 @@ def test_a_cancelled_capture_keeps_what_it_has_and_goes_on(hop, session, folder)
     assert first["done"] > 3  # it did not begin anew
 
 
+def test_what_is_changed_while_a_capture_runs_is_kept_and_makes_it_stale(hop, folder):
+    session = Session(folder, "hop.mp4")
+    hop.done(session, "capture.outline", part="character", frame=0, points=hop.ring())
+    session.act({"work": "capture.capture"})
+    hop.done(session, "capture.drag_point", part="character", key="rest", index=0, to=[91.0, 130.0])
+    hop.finished(session)
+    assert session.state.motion is not None and session.shown()["changed"]["capture"]["stale"]
+    assert hop.outline_of(session)[0].tolist() == [91.0, 130.0]
+    hop.done(session, "undo")  # the capture; what was changed meanwhile stays
+    assert hop.outline_of(session)[0].tolist() == [91.0, 130.0]
+
+
 SERVED = """
 import sys, time
 from retarget.workbench.session import Session
@@ -103,29 +115,45 @@ session.act({"do": "capture.outline", "part": "character", "frame": 0, "points":
 session.act({"work": "capture.capture"})
 drag = {"part": "character", "key": "rest", "index": 0, "gesture": "g"}
 for step in range(10 ** 6):
-    session.act({"do": "capture.drag_point", **drag, "to": [90.0 + 0.001 * (step % 9000), 130.0]})
+    if sys.argv[3] == "drags":
+        session.act({"do": "capture.drag_point", **drag, "to": [90.0 + 0.001 * (step % 9000), 130.0]})
     time.sleep(0.01)
 """
 
 
-@pytest.mark.skipif(not hasattr(os, "setsid"), reason="a process is killed as POSIX has it")
-def test_killed_in_the_middle_the_server_loses_a_second_of_edits_and_no_frame(hop, folder):
+def killed_in_a_capture(hop, folder, meanwhile):
+    """How many frames were told as done, and when, by a workbench that was killed (SIGKILL) while it captured."""
     root = str(Path(__file__).resolve().parents[3])
-    command = [sys.executable, "-c", SERVED, str(folder), repr(hop.ring())]
+    command = [sys.executable, "-c", SERVED, str(folder), repr(hop.ring()), meanwhile]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=root) as killed:
-        done_frames = 0
+        done = 0
         for line in killed.stdout:
             kind, _, number = line.strip().partition(" ")
-            done_frames = max(done_frames, int(number or 0) if kind == "progress" else 0)
-            if done_frames > 4:
+            done = max(done, int(number or 0) if kind == "progress" else 0)
+            if done > 4:
                 break
-        last_edit = time.time()
+        at = time.time()
         killed.kill()
     hop.until(lambda: (folder / "hop.motion.json.part").exists() or (folder / "hop.motion.json").exists())
-    assert last_edit - (folder / "hop.shot.toml").stat().st_mtime < 1
+    return done, at
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a process is killed as POSIX has it")
+def test_killed_in_the_middle_of_a_drag_the_server_loses_less_than_a_second(hop, folder):
+    _, at = killed_in_a_capture(hop, folder, "drags")
+    assert at - (folder / "hop.shot.toml").stat().st_mtime < 1
     assert read_shot(folder / "hop.shot.toml").parts[0].keys[0].outline[0] != tuple(hop.ring()[0])
-    told = []
-    again = Session(folder, "hop.shot.toml")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a process is killed as POSIX has it")
+def test_killed_in_the_middle_of_a_capture_the_server_loses_no_finished_frame(hop, folder):
+    done, _ = killed_in_a_capture(hop, folder, "rests")
+    again, told = Session(folder, "hop.shot.toml"), []
+    if (folder / "hop.motion.json").exists():
+        pytest.skip("the capture was over before it could be killed")
+    assert again.shown()["changed"]["capture"]["kept"]
     again.listen(told.append)
-    if (folder / "hop.motion.json.part").exists():  # the capture was not over yet
-        assert again.shown()["changed"]["capture"]["kept"]
+    again.act({"work": "capture.capture"})
+    hop.finished(again)
+    first = next(event["done"] for event in told if event["kind"] == "progress" and event["done"])
+    assert first > done and again.state.motion is not None
