@@ -313,6 +313,7 @@ export function mount(el, bench) {
       let gesture = "";
       return slider(posture, { min: 0, max: 1.5, step: 0.05, value: extents[posture] ?? 0 }, (extent, done) => {
         gesture = gesture || bench.gesture();
+        mixedAt = performance.now();
         act("mix", { posture, extent }, { newest: "mix", gesture });
         if (done) gesture = "";
       });
@@ -326,11 +327,12 @@ export function mount(el, bench) {
       make("div.row", {}, button("Save pose as BVH", "", () => act("save_pose").then((done) => done && bench.say(`${bench.state.folder.at.open}.pose.bvh is written.`)))));
   }
 
+  let mixedAt = 0; // when a posture's slider was last moved, in ms
   // What is not being moved by hand shows what is mixed now.
   function setSliders(extents) {
     for (const label of side.querySelectorAll(".postures .slider")) {
       const [input, output] = [label.querySelector("input"), label.querySelector("output")];
-      if (input.matches(":active")) continue;
+      if (input.matches(":active") || (input.matches(":focus") && performance.now() - mixedAt < 500)) continue;
       input.value = extents[label.querySelector("span").textContent] ?? 0;
       output.textContent = input.value;
     }
@@ -383,6 +385,7 @@ export function mount(el, bench) {
     hidden: () => (desk.playing = false),
     key(event) {
       if (event.target.matches?.("button, input") && (event.key === " " || event.key === "Enter")) return false;
+      if (event.target.matches?.("input") && /^(Arrow|Home|End|Page)/.test(event.key)) return false; // a slider's own
       if (event.key === " ") toggle();
       else if (event.key === "ArrowLeft") go(desk.frame - (event.shiftKey ? 10 : 1));
       else if (event.key === "ArrowRight") go(desk.frame + (event.shiftKey ? 10 : 1));

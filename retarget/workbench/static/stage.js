@@ -330,6 +330,7 @@ export function mount(el, bench) {
     hidden: () => time.playing && time.toggle(),
     key(event) {
       if (event.target.matches?.("button, input") && (event.key === " " || event.key === "Enter")) return false;
+      if (event.target.matches?.("input") && /^(Arrow|Home|End|Page)/.test(event.key)) return false; // a slider's own
       if (event.key === "Escape" && redraw.open) return redraw.close(), true;
       if (time.key(event)) return true;
       const tool = Object.entries(TOOLS).find(([, [, key]]) => key === event.key.toLowerCase());

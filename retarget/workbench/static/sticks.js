@@ -7,7 +7,7 @@ export function makeSticks(el) {
   canvas.className = "view";
   canvas.tabIndex = 0;
   el.append(canvas);
-  const context = canvas.getContext("2d");
+  const context = canvas.getContext("2d", { willReadFrequently: true }); // drawn by the processor: thin lines are quicker so
   const sticks = { canvas, turn: 0.35, tilt: 0.12, scale: 200, middle: [0, 0.85, 0], figures: [], painters: [] };
   let asked = false;
 
