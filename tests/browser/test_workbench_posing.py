@@ -124,8 +124,8 @@ def test_a_posture_is_mixed_kept_put_on_a_beat_and_danced(bench):
     wait(bench, "tooncap.state.posing.dance.steps.length === 1")
     wait(bench, "document.querySelector('[aria-label=Pose] .frame').textContent > '0.2'")
     bench.get_by_role("button", name="Export", exact=True).click()
-    bench.wait_for_selector(".result", timeout=60_000)
-    assert "kick.dance.bvh" in bench.inner_text(".result")
+    bench.wait_for_selector("[aria-label=Pose] .result", timeout=60_000)
+    assert "kick.dance.bvh" in bench.inner_text("[aria-label=Pose] .result")
     assert len(read_bvh(bench.folder / "kick.dance.bvh")) > 10
 
 

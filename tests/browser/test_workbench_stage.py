@@ -95,8 +95,8 @@ def test_a_drawing_is_picked_seen_and_exported_and_the_file_is_what_was_seen(ben
     shown = seen(bench)
     bench.get_by_label("Export as").select_option("/")
     bench.get_by_role("button", name="Export", exact=True).click()
-    bench.wait_for_selector(".result", timeout=90_000)
-    assert "hop-frames" in bench.inner_text(".result")
+    bench.wait_for_selector("[aria-label=Stage] .result", timeout=90_000)
+    assert "hop-frames" in bench.inner_text("[aria-label=Stage] .result")
     made = read_clip(bench.folder / "hop-frames")
     assert len(made) == 80
     alpha = made[30][..., 3:] / 255.0
@@ -107,7 +107,7 @@ def test_a_gif_comes_of_a_motion_in_four_clicks(bench):
     played(bench)  # two
     bench.get_by_label("Export as").select_option(".gif")
     bench.get_by_role("button", name="Export", exact=True).click()
-    bench.wait_for_selector(".result", timeout=90_000)
+    bench.wait_for_selector("[aria-label=Stage] .result", timeout=90_000)
     assert len(read_clip(bench.folder / "hop.retarget.gif")) == 80
 
 
