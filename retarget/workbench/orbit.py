@@ -25,7 +25,11 @@ def seen_from(performance: Performance, turn: float, tilt: float) -> Performance
     low = np.min([role.points.min(axis=1) for role in solid], axis=0)  # (T, 3)
     high = np.max([role.points.max(axis=1) for role in solid], axis=0)
     middle = ((low + high) / 2)[:, None]
-    return replace(performance, roles=tuple(_turned(role, rotation, middle) for role in performance.roles))
+    moved = [_turned(role, rotation, middle) for role in performance.roles]
+    across = np.concatenate([role.points[..., 0] for role in moved if role.points.shape[-1] == 3], axis=1)
+    low, high = across.min(axis=1), across.max(axis=1)
+    shift = np.maximum(-low, 0) - np.maximum(high - performance.size[0], 0)  # nobody turns out of the picture
+    return replace(performance, roles=tuple(_shifted(role, shift) for role in moved))
 
 
 def turned(turn: float, tilt: float) -> NDArray:
@@ -40,3 +44,11 @@ def _turned(role: Role, rotation: NDArray, middle: NDArray) -> Role:
     if role.points.shape[-1] != 3:
         return role
     return replace(role, points=(role.points - middle) @ rotation.T + middle)
+
+
+def _shifted(role: Role, right: NDArray) -> Role:
+    if role.points.shape[-1] != 3:
+        return role
+    points = role.points.copy()
+    points[..., 0] += right[:, None]
+    return replace(role, points=points)

@@ -195,7 +195,7 @@ export function mount(el, bench) {
     else if (desk.problem) text = desk.problem;
     else if (view.number !== number && !desk.turn) text = "Learning the drawings…";
     else if (desk.turn || desk.tilt) text = "The model from elsewhere; a double click brings it back.";
-    else if (desk.tool === "look") text = desk.told?.said ? `${desk.told.said[0].toUpperCase()}${desk.told.said.slice(1)}.` : desk.told?.solid ? "Drag to turn the model round." : "This is what is exported.";
+    else if (desk.tool === "look") text = desk.told?.solid ? "Drag to turn the model round." : desk.told?.said ? `${desk.told.said[0].toUpperCase()}${desk.told.said.slice(1)}.` : "This is what is exported.";
     else text = `${TOOLS[desk.tool][2]}.`;
     hint.textContent = text;
     hint.title = text;
