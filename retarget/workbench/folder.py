@@ -38,7 +38,9 @@ def listed(folder: Path) -> list[dict[str, str]]:
     files = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     kinds = [(path.name, _kind(path)) for path in files]
     found = [{"file": name, "kind": kind} for name, kind in kinds if kind]
-    return sorted(found, key=lambda one: ("shot", "clip", "motion", "cast", "drawing").index(one["kind"]))[:LISTED]
+    return sorted(found, key=lambda one: ("shot", "clip", "motion", "cast", "bvh", "drawing").index(one["kind"]))[
+        :LISTED
+    ]
 
 
 def shown(state: State) -> dict[str, Any]:
@@ -65,13 +67,15 @@ def _prepare(state: State) -> dict[str, Any]:
 
 
 def _kind(path: Path) -> str:
-    """shot, motion, cast, clip, drawing, or nothing that we open."""
+    """shot, motion, cast, clip, bvh, drawing, or nothing that we open."""
     for ending, kind in ((SHOT, "shot"), (MOTION, "motion"), (CAST, "cast")):
         if path.name.endswith(ending):
             return kind
     suffix = path.suffix.lower()
-    if suffix in (".png", ".webp", ".svg", ".jpg", ".jpeg", ".glb", ".gltf", ".obj", ".bvh"):
+    if suffix in (".png", ".webp", ".svg", ".jpg", ".jpeg", ".glb", ".gltf", ".obj", ".ply"):
         return "drawing"
+    if suffix == ".bvh":
+        return "bvh"
     if path.is_dir():  # of pictures, one for each frame
         pictures = (file.suffix.lower() in (".png", ".jpg", ".jpeg") for file in path.iterdir())
         return "clip" if sum(pictures) > 1 else ""

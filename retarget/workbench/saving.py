@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from capture.errors import InputError
-from retarget.workbench.state import CAST, MOTION, SHOT, State, documents, file_of
+from retarget.workbench.state import DOCUMENTS, State, documents, file_of
 
 
 @dataclass(eq=False)
@@ -18,7 +18,7 @@ class Saved:
     digests: dict[Path, str] = field(default_factory=dict)  # by file: what its content was when we last had it
 
 
-def note(saved: Saved, state: State, kinds: Sequence[str] = (SHOT, MOTION, CAST)) -> None:
+def note(saved: Saved, state: State, kinds: Sequence[str] = DOCUMENTS) -> None:
     """Take it that the state's documents of these kinds are what their files hold, as after opening them."""
     for kind, (document, _) in documents(state).items():
         path = file_of(state, kind)

@@ -6,7 +6,7 @@ Messages:  {"do": "capture.box", "part": "frog", ...}     an action; with "gestu
            {"work": "capture.suggest", ...}                starts long work
            {"look": "capture.frame", "frame": 12}          changes nothing; answered with bytes
 Events:    {"kind": "state", "revision", "changed": {desk: {section: ...}}, "undo", "redo"}    for everybody
-           {"kind": "progress", "work", "label", "done", "total"}, {"kind": "ended", "work", "sentence"}   for everybody
+           {"kind": "progress", "work", "label", "done", "total"}, {"kind": "ended", "work", "sentence", "made"}  to all
            {"kind": "told", "sentence"}                    for everybody: what should be known, such as a failed save
            {"kind": "refused", "sentence"}, {"kind": "seen", "type", ..., "data"}, {"kind": "done"}   to who asked
 A message's "id" comes back in the answers to it, the last of which is done, seen or refused.
@@ -173,17 +173,19 @@ class Session:
                 self._tell({**said, "work": running.name})
                 return
             self.running = None
-            sentence = str(said.get("sentence", ""))
+            sentence, made = str(said.get("sentence", "")), False
             if said["kind"] == "result":
                 work = desks.find(self.desks, "work", running.name)
                 try:
+                    sentence = said["result"].pop("said", "")  # what is told when the work has ended
                     written = said["result"].pop("written", [])  # documents that the process has put into their files
                     state = work.apply(self.state, **said["result"])
                     saving.note(self._saved, state, written)
                     self._become(history.done(self.history, state, desks.label(work.run)))
+                    made = True
                 except InputError as error:
                     sentence = str(error)
-            self._tell({"kind": "ended", "work": running.name, "sentence": " ".join(sentence.split())})
+            self._tell({"kind": "ended", "work": running.name, "sentence": " ".join(sentence.split()), "made": made})
 
     def _look(self, message: dict[str, Any], answer: dict[str, Any]) -> Event:
         fields = {name: value for name, value in message.items() if name not in ("look", "id")}

@@ -10,9 +10,13 @@ from capture.errors import InputError
 from capture.motion import tracks
 from capture.motion.tracks import CartoonMotion
 from capture.pictures.shot import KeyDrawing, Part, Shot, read_shot, write_shot
+from mocap.posing.choreography import write_dance
+from mocap.posing.postures import write_pool
 from retarget.characters.casts.castfile import Cast, read_cast, write_cast
+from retarget.workbench.figure import DANCE, POOL, Figure, figure_of
 
 SHOT, MOTION, CAST = ".shot.toml", ".motion.json", ".cast.toml"
+DOCUMENTS = (SHOT, MOTION, CAST, POOL, DANCE)
 CLIPS = (".mp4", ".mkv", ".mov", ".webm", ".avi", ".gif", ".apng", ".png", ".webp")
 
 
@@ -26,6 +30,7 @@ class State:
     motion: CartoonMotion | None = None
     captured: Shot | None = None  # what the motion was captured from, where that is known
     cast: Cast | None = None
+    figure: Figure | None = None
 
 
 def file_of(state: State, kind: str) -> Path:
@@ -36,9 +41,11 @@ def file_of(state: State, kind: str) -> Path:
 def open_file(state: State, path: Path) -> State:
     """The state with this file open, and with it the others of its name; a clip begins a shot of its own."""
     kind = next((kind for kind in (SHOT, MOTION, CAST) if path.name.endswith(kind)), None)
-    if kind is None and not (path.is_dir() or path.suffix.lower() in CLIPS):
-        raise InputError(f"{path.name} must be a clip, or end in {SHOT}, {MOTION} or {CAST}: choose another file")
+    if kind is None and not (path.is_dir() or path.suffix.lower() in (*CLIPS, ".bvh")):
+        raise InputError(f"{path.name} must be a clip, .bvh, {SHOT}, {MOTION} or {CAST}: choose another file")
     name = path.name.removesuffix(kind) if kind else path.stem
+    if path.suffix.lower() == ".bvh":
+        return State(path.parent, name, figure=figure_of(path.parent, path.name, name))
     fresh = State(path.parent, name)
     shot, motion, cast = (file_of(fresh, kind) for kind in (SHOT, MOTION, CAST))
     if kind is None and not shot.exists():
@@ -61,4 +68,13 @@ def open_file(state: State, path: Path) -> State:
 
 def documents(state: State) -> dict[str, tuple[object, object]]:
     """By kind: the document, if there is one, and the function that writes it to a path."""
-    return {SHOT: (state.shot, write_shot), MOTION: (state.motion, tracks.save), CAST: (state.cast, write_cast)}
+    figure = state.figure
+    pool = None if figure is None else figure.pool
+    dance = None if figure is None or not any(phrase.steps for phrase in figure.dance.phrases) else figure.dance
+    return {
+        SHOT: (state.shot, write_shot),
+        MOTION: (state.motion, tracks.save),
+        CAST: (state.cast, write_cast),
+        POOL: (pool, write_pool),
+        DANCE: (dance, write_dance),
+    }

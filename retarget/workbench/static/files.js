@@ -1,13 +1,14 @@
 // What is seen while nothing is open: what to do first.
 import { button, fill, make } from "./dom.js";
 
-const WHAT = { shot: "shot", clip: "clip", motion: "captured motion", cast: "cast" };
+const WHAT = { shot: "shot", clip: "clip", motion: "captured motion", cast: "cast", bvh: "motion capture" };
 
 export function filesPanel(el, bench) {
   const list = make("ul.files");
   const example = button("Try it on the built-in frog", "", () => bench.work("folder.example"), "primary");
+  const figure = button("Pose a figure", "", () => bench.act("posing.begin", { who: "human" }));
   const hint = make("p");
-  el.append(make("div.card", {}, make("h1", {}, "Which cartoon?"), hint, list, example));
+  el.append(make("div.card", {}, make("h1", {}, "Which cartoon?"), hint, list, make("div.row", {}, example, figure)));
   return {
     changed() {
       const { folder, files } = bench.state;

@@ -123,7 +123,7 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part })
 }
 
 // As the server has it (parts.dragged), so that the hand sees at once what will be kept.
-function dragged(outline, index, to, reach) {
+export function dragged(outline, index, to, reach) {
   const steps = outline.map(([x, y], n) => {
     const [nextX, nextY] = outline[(n + 1) % outline.length];
     return Math.hypot(nextX - x, nextY - y);

@@ -8,8 +8,10 @@ import { makeBench } from "./bench.js";
 import * as capture from "./capture.js";
 import { button, fill, make } from "./dom.js";
 import { filesPanel } from "./files.js";
+import * as posing from "./posing.js";
+import * as stage from "./stage.js";
 
-const DESKS = { capture };
+const DESKS = { capture, stage, posing };
 
 function render({ model, el }) {
   const bench = makeBench(model);
@@ -49,28 +51,34 @@ function render({ model, el }) {
     if (isOpen()) desks[name].desk.shown?.();
   }
 
+  // Where there is no clip there is nothing to capture: a figure is posed, a motion is lent to others.
+  const firstDesk = () => (bench.state.posing.figure ? "posing" : bench.state.stage.motion && !bench.state.capture.clip ? "stage" : "capture");
   const isOpen = () => Boolean(bench.state.folder?.at?.open);
 
   let timer = 0;
-  function say(sentence, stays = false, ...more) {
+  function say(sentence, { stays = false, good = false, more = [] } = {}) {
     fill(said, sentence, ...more);
+    said.classList.toggle("good", good);
     said.hidden = !sentence;
     clearTimeout(timer);
     if (!stays) timer = setTimeout(() => (said.hidden = true), 7000);
   }
 
-  bench.on("refused", say);
-  bench.on("told", (event) => say(event.sentence, true, button("Read it again", "", () => (say(""), bench.act("reload")))));
-  bench.on("connection", ({ open }) => say(open ? "" : "The workbench is not running: start it again, this page will find it.", !open));
+  bench.on("refused", (sentence) => say(sentence));
+  bench.on("told", (event) => {
+    const again = button("Read it again", "", () => (say(""), bench.act("reload")));
+    say(event.sentence, { stays: true, more: [again] });
+  });
+  bench.on("connection", ({ open }) => say(open ? "" : "The workbench is not running: start it again, this page will find it.", { stays: !open }));
   bench.on("progress", ({ label, done, total }) => {
     const share = total ? ` ${done} of ${total}` : "…";
     const meter = make("progress", { "aria-label": label, ...(total ? { max: total, value: done } : {}) });
     fill(work, make("span", {}, label + share), meter, button("Cancel", "Esc", () => bench.act("cancel")));
     work.hidden = false;
   });
-  bench.on("ended", ({ sentence }) => {
+  bench.on("ended", ({ sentence, made }) => {
     work.hidden = true;
-    if (sentence) say(sentence === "stopped" ? "Stopped; what is done is kept." : sentence);
+    if (sentence) say(sentence === "stopped" ? "Stopped; what is done is kept." : sentence, { good: made });
   });
   bench.on("state", (changed) => {
     const wasOpen = !start.hidden;
@@ -85,7 +93,7 @@ function render({ model, el }) {
     redo.title = bench.redo ? `Redo: ${bench.redo} (Ctrl+Shift+Z)` : "Nothing to redo";
     work.hidden = work.hidden || !bench.running;
     panel.changed(changed);
-    if (!current || wasOpen !== !isOpen()) choose(current || Object.keys(DESKS)[0]);
+    if (!current || wasOpen !== !isOpen()) choose(firstDesk());
     else if (isOpen()) desks[current].desk.changed?.(changed);
   });
 

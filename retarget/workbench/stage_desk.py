@@ -1,0 +1,358 @@
+"""The stage desk: who plays the captured motion, how they stand, what is behind them; seen live, and exported."""
+
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from capture.errors import InputError
+from capture.motion.tracks import CartoonMotion
+from capture.pictures.encode import over
+from retarget.characters.backdrop import is_color
+from retarget.characters.castcheck import checked
+from retarget.characters.castfile import Cast, CastKeep, read_cast
+from retarget.workbench import casts, folder, orbit, parts, pictures, playing, redraw, upload
+from retarget.workbench.desks import Desk, Seen, Work
+from retarget.workbench.state import CAST, MOTION, State, file_of
+
+Number = Annotated[int, Meta(ge=0, le=10_000_000)]
+Place = Annotated[float, Meta(ge=-1e5, le=1e5)]
+At = tuple[Place, Place]
+Name = Annotated[str, Meta(min_length=1, max_length=200)]
+Files = Annotated[list[Name], Meta(min_length=1, max_length=200)]
+Height = Annotated[float, Meta(gt=0, le=50)]
+Piece = Annotated[bytes, Meta(max_length=2**19)]
+FORMATS = {
+    ".mp4": "MP4 video",
+    ".gif": "GIF",
+    ".webm": "WebM video, transparent",
+    ".mov": "ProRes video, transparent",
+    "/": "PNG pictures, one a frame",
+    ".json": "Lottie",
+    ".svg": "animated SVG",
+    "/0000.svg": "SVG drawings, one a frame",
+    ".glb": "GLB, for 3-D programs",
+    ".gltf": "glTF",
+    ".usda": "USD, as text",
+    ".usdz": "USDZ",
+    ".jsx": "After Effects script",
+    ".csv": "curves as CSV",
+    ".curves.json": "curves as JSON",
+}
+_numbers = count(1)  # of what is played, so that the page knows one from another
+_numbered: list[tuple[CartoonMotion, Cast, int]] = []
+
+
+def shown(state: State) -> dict[str, Any]:
+    """What is played, by whom, and what could be: drawings of the folder."""
+    motion, cast = state.motion, state.cast
+    drawings = [one["file"] for one in folder.listed(state.folder) if one["kind"] == "drawing"] if state.name else []
+    return {
+        "motion": None if motion is None else _motion_shown(motion),
+        "cast": None if cast is None else _cast_shown(cast),
+        "number": _number(motion, cast),
+        "drawings": drawings,
+        "formats": FORMATS,
+    }
+
+
+# --- actions: (state, fields) -> state ----------------------------------------------------------------------------
+
+
+def play(state: State, files: Files) -> State:
+    """Let drawings play."""
+    found = [folder.inside(state.folder, file) for file in files]
+    cast = casts.played_by(found, _motion(state), state.cast)
+    playing.learnt(_motion(state), cast)  # what cannot play is refused here, and not in every frame
+    return replace(state, cast=replace(checked(cast), folder=state.folder))
+
+
+def stand(state: State, who: Name, height: Height) -> State:
+    """Say how tall somebody is."""
+    return _with(state, casts.standing(_cast(state), who, height=round(height, 3)))
+
+
+def between(state: State, who: Name, how: Literal["rigid", "straight"]) -> State:
+    """Say how shapes go from key to key."""
+    return _with(state, casts.standing(_cast(state), who, between=how))
+
+
+def background(state: State, what: Annotated[str, Meta(max_length=200)] = "") -> State:
+    """Choose what is behind."""
+    if what and not is_color(what):
+        what = str(folder.inside(state.folder, what).relative_to(state.folder.resolve()))
+        what = str(Path(what) if _cast(state).folder == state.folder else state.folder / what)
+    return _with(state, replace(_cast(state), background=what))
+
+
+def ground(state: State, on: bool) -> State:
+    """Say whether feet stand on the source's ground."""
+    return _with(state, replace(_cast(state), ground=on))
+
+
+def follow(state: State, path: Annotated[list[At], Meta(max_length=5000)]) -> State:
+    """Draw the path that the whole goes."""
+    import shapely
+
+    if len(path) > 1:
+        path = shapely.LineString(path).simplify(1.0).coords
+    drawn = tuple((round(x, 1), round(y, 1)) for x, y in path)
+    return _with(state, replace(_cast(state), follow=drawn if len(drawn) > 1 else ()))
+
+
+def pin(state: State, frame: Number, at: At, last: Number) -> State:
+    """Pin what is seen there to its place."""
+    played = playing.play(_motion(state), _cast(state))
+    _frame(state, max(frame, last))
+    return _with(state, casts.pinned(_cast(state), played.performance, frame, at, last))
+
+
+def pin_feet(state: State, part: Name) -> State:
+    """Keep a part where it is whenever the source's stands on the ground."""
+    return _with(state, replace(_cast(state), keep=(*_cast(state).keep, CastKeep(part))))
+
+
+def move_pin(
+    state: State, number: Number, to: At | None = None, first: Number | None = None, last: Number | None = None
+) -> State:
+    """Change where, or how long, a pin holds."""
+    keep = _keep(state, number)
+    if to is not None:
+        keep = replace(keep, at=(round(to[0], 2), round(to[1], 2)))
+    if first is not None or last is not None:
+        old = keep.frames or (0, 0)
+        a, b = (old[0] if first is None else first), (old[1] if last is None else last)
+        _frame(state, max(a, b))
+        keep = replace(keep, frames=(min(a, b), max(a, b)))
+    keeps = list(_cast(state).keep)
+    keeps[number] = keep
+    return _with(state, replace(_cast(state), keep=tuple(keeps)))
+
+
+def unpin(state: State, number: Number) -> State:
+    """Take a pin out."""
+    gone = _keep(state, number)
+    return _with(state, replace(_cast(state), keep=tuple(one for one in _cast(state).keep if one is not gone)))
+
+
+def drag_point(state: State, part: Name, key: Name, index: Number, to: At, reach: Place = 0.0) -> State:
+    """Drag a point of a key's outline."""
+    drawn = casts.key_of(_cast(state), part, key)[1]
+    if index >= len(drawn.outline):
+        raise InputError(f"key {key!r} has an outline of {len(drawn.outline)} points, there is no point {index}")
+    moved = parts.dragged(np.array(drawn.outline), index, to, reach)
+    return _with(state, casts.with_key(_cast(state), part, replace(drawn, outline=parts.rounded(moved))))
+
+
+def pull(state: State, part: Name, key: Name, at: At, to: At, reach: Place) -> State:
+    """Pull a key drawing into shape."""
+    cast = _cast(state)
+    drawn = casts.key_of(cast, part, key)[1]
+    new = redraw.written(_file(state, part, key), (np.array(at), np.array(to), reach))
+    base = cast.folder.resolve()
+    name = new.resolve().relative_to(base) if new.resolve().is_relative_to(base) else new.resolve()
+    return _with(state, casts.with_key(cast, part, replace(drawn, drawing=str(name))))
+
+
+def load(state: State, name: Name, at: Number, data: Piece, last: bool = True) -> State:
+    """Load a file into the folder."""
+    upload.put(state.folder, name, at, data, last)
+    return state
+
+
+# --- looks: (state, fields) -> bytes; nothing changes ---------------------------------------------------------------
+
+
+def frame(state: State, frame: Number) -> Seen:
+    """A frame of the performance, as it is exported."""
+    _frame(state, frame)
+    return _png(playing.picture(playing.play(_motion(state), _cast(state)), frame))
+
+
+def turned(state: State, frame: Number, turn: Place, tilt: Place = 0.0) -> Seen:
+    """A frame with its models seen from elsewhere: turned and tilted by so many degrees."""
+    _frame(state, frame)
+    played = playing.play(_motion(state), _cast(state))
+    seen = orbit.seen_from(played.performance, float(np.radians(turn)), float(np.radians(tilt)))
+    return _png(playing.picture(played._replace(performance=seen), frame))
+
+
+def told(state: State) -> Seen:
+    """What there is to know of the performance, as JSON: pins' places, notes, whether something is a model."""
+    cast, motion = _cast(state), _motion(state)
+    played = playing.play(motion, cast)
+    said = {
+        "pins": casts.pin_places(played.performance, cast, motion),
+        "said": played.said,
+        "notes": list(played.notes),
+        "solid": orbit.is_solid(played.performance),
+    }
+    return Seen("application/json", msgspec.json.encode(said))
+
+
+def drawing(
+    state: State, part: Name, key: Name, at: At | None = None, to: At | None = None, reach: Place = 0.0
+) -> Seen:
+    """The drawing of a key, with a pull at it if there is one: what `pull` would make of it."""
+    held = (np.array(at), np.array(to), reach) if at is not None and to is not None else None
+    file = _file(state, part, key)
+    picture = over(redraw.picture(file, held))  # paper, so that dark lines show
+    return _png(picture)._replace(said={"svg": file.suffix.lower() == ".svg"})
+
+
+# --- work: long, in a process of its own ----------------------------------------------------------------------------
+
+
+def propose(motion: str, drawings: list[str], out: str, mirror: bool) -> dict[str, Any]:
+    """Propose all keys of a drawing."""
+    from capture.motion import tracks
+    from capture.progress import working
+    from retarget.characters import proposals
+
+    captured = tracks.load(motion)
+    castings = proposals.castings([Path(drawing) for drawing in drawings], captured, mirror)
+    with working("carrying the keys over"):
+        made = [proposals.proposal(one, captured) for one in castings]
+    Path(out).mkdir(exist_ok=True)
+    written, kept = proposals.write(Path(out), castings, made, captured)
+    return {"cast": str(next(file for file in (*written, *kept) if file.name.endswith(CAST)))}
+
+
+def proposed(state: State, cast: str) -> State:
+    """Take the proposed keys."""
+    made, before = read_cast(cast), state.cast
+    if before is not None:
+        made = replace(made, ground=before.ground, background=before.background if is_color(before.background) else "")
+    return replace(state, cast=made)
+
+
+def export(motion: str, cast: str, out: str, size: int | None) -> dict[str, Any]:
+    """Write the performance into a file."""
+    from retarget.commands.lending import retarget
+
+    said = retarget(Path(motion), Path(out), cast=Path(cast), size=size)
+    return {"said": said.replace(str(Path(motion).parent), Path(motion).parent.name)}
+
+
+def _prepare_propose(state: State, files: Files, mirror: bool = False) -> dict[str, Any]:
+    found = [folder.inside(state.folder, file) for file in files]
+    _motion(state)
+    out = state.folder / f"{found[0].stem}_keys"
+    drawings = [str(file) for file in found]
+    return {"motion": str(file_of(state, MOTION)), "drawings": drawings, "out": str(out), "mirror": mirror}
+
+
+def _prepare_export(
+    state: State, kind: str = ".mp4", size: Annotated[int, Meta(ge=1, le=8192)] | None = None
+) -> dict[str, Any]:
+    _motion(state), _cast(state)
+    if kind not in FORMATS:
+        raise InputError(f"an export must end in one of {', '.join(FORMATS)}, got {kind[:40]!r}")
+    return {
+        "motion": str(file_of(state, MOTION)),
+        "cast": str(file_of(state, CAST)),
+        "out": str(out_of(state, kind)),
+        "size": size,
+    }
+
+
+def out_of(state: State, kind: str) -> Path:
+    """The file or folder that an export of this kind goes to."""
+    if kind == "/":
+        return file_of(state, "-frames")
+    return file_of(state, f"-drawings{kind}" if kind.startswith("/") else f".retarget{kind}")
+
+
+def _exported(state: State) -> State:
+    return state
+
+
+DESK = Desk(
+    "stage",
+    shown,
+    actions={
+        one.__name__: one
+        for one in (
+            *(play, stand, between, background, ground, follow),
+            *(pin, pin_feet, move_pin, unpin, drag_point, pull, load),
+        )
+    },
+    looks={"frame": frame, "turned": turned, "told": told, "drawing": drawing},
+    work={
+        "propose": Work(_prepare_propose, propose, proposed),
+        "export": Work(_prepare_export, export, _exported),
+    },
+)
+
+
+def _motion(state: State) -> CartoonMotion:
+    if state.motion is None:
+        raise InputError("there must be a captured motion to be played: capture one first, or open one")
+    return state.motion
+
+
+def _cast(state: State) -> Cast:
+    _motion(state)
+    if state.cast is None:
+        raise InputError("somebody must play: choose a drawing first")
+    return state.cast
+
+
+def _with(state: State, cast: Cast) -> State:
+    return replace(state, cast=checked(cast))
+
+
+def _frame(state: State, frame: int) -> None:
+    frames = len(_motion(state).times)
+    if frame >= frames:
+        raise InputError(f"the motion has frames 0 to {frames - 1}, there is no frame {frame}")
+
+
+def _keep(state: State, number: int) -> CastKeep:
+    keeps = _cast(state).keep
+    if number >= len(keeps):
+        raise InputError(f"there are {len(keeps)} pins, counted from 0; there is no pin {number}")
+    return keeps[number]
+
+
+def _file(state: State, part: str, key: str) -> Path:
+    """The file of a key's drawing; the page sees none that lies outside the folder."""
+    cast = _cast(state)
+    one, drawn = casts.key_of(cast, part, key)
+    return folder.inside(state.folder, str((cast.folder / (drawn.drawing or one.drawing)).resolve()))
+
+
+def _png(picture: NDArray) -> Seen:
+    return Seen("image/png", pictures.png(np.ascontiguousarray(picture)))
+
+
+def _motion_shown(motion: CartoonMotion) -> dict[str, Any]:
+    tracks = [{"name": track.part, "keys": list(track.keys)} for track in motion.tracks]
+    size = {"width": motion.size[0], "height": motion.size[1]}
+    return {"frames": len(motion.times), "fps": motion.fps, **size, "parts": tracks}
+
+
+def _cast_shown(cast: Cast) -> dict[str, Any]:
+    plain = msgspec.to_builtins(replace(cast, folder=Path()), enc_hook=str)
+    plain.pop("folder")
+    for part in plain["parts"]:
+        for key in part["keys"]:
+            key["file"] = Path(key["drawing"] or part["drawing"]).name
+    return plain
+
+
+def _number(motion: CartoonMotion | None, cast: Cast | None) -> int:
+    """The same for the same motion and cast, 0 where nothing can be played."""
+    if motion is None or cast is None:
+        return 0
+    for old, who, number in _numbered:
+        if old is motion and who == cast:
+            return number
+    _numbered.insert(0, (motion, cast, next(_numbers)))
+    del _numbered[8:]
+    return _numbered[0][2]
