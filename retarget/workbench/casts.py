@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion import triangulate
 from capture.motion.tracks import CartoonMotion
-from retarget.characters import cast as casting
-from retarget.characters.castfile import Cast, CastKeep, CastKey, CastPart
+from retarget.characters.casts import cast as casting
+from retarget.characters.casts.castfile import Cast, CastKeep, CastKey, CastPart
 from retarget.characters.target import parts_of
 from retarget.stage import staging
 from retarget.stage.perform import Performance, Role

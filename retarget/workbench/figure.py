@@ -11,7 +11,7 @@ from mocap.posing.choreography import Dance, Phrase, Step, read_dance
 from mocap.posing.limits import JointLimits
 from mocap.posing.poses import Pose
 from mocap.posing.postures import Pool, read_pool
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 POOL, DANCE = ".postures.json", ".dance.toml"
 BEATS = 8.0  # of a dance that begins
@@ -36,11 +36,11 @@ class Figure:
 
 def figure_of(folder: Path, file: str, name: str) -> Figure:
     """The figure of a .bvh file or a built-in one, with the postures and the dance that lie under its name."""
-    from mocap.bvh import read_bvh
     from mocap.posing import limits
     from mocap.posing.starting import starting_pool
-    from mocap.units import upright
-    from retarget.characters.dancer import BUILT_IN, read_dancer
+    from mocap.skeletons.bvh import read_bvh
+    from mocap.skeletons.units import upright
+    from retarget.characters.figures.dancer import BUILT_IN, read_dancer
 
     dancer = read_dancer(file if file in BUILT_IN else str(folder / file))
     motion = None if file in BUILT_IN else upright(read_bvh(folder / file))

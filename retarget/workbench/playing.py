@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.motion.tracks import CartoonMotion
-from retarget.characters import cast as casting
-from retarget.characters.castfile import Cast
+from retarget.characters.casts import cast as casting
+from retarget.characters.casts.castfile import Cast
 from retarget.characters.target import Target
 from retarget.stage.perform import Performance
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from mocap.posing.choreography import Dance, Step
-from mocap.skeleton import SkeletonMotion
+from mocap.skeletons.skeleton import SkeletonMotion
 from retarget.workbench import figure as figures
 from retarget.workbench.desks import Desk, Seen, Work
 from retarget.workbench.figure import DANCE, POOL, Figure
@@ -253,8 +253,8 @@ def _exported(state: State) -> State:
 
 def save_pose(state: State) -> State:
     """Write the pose as a BVH of one frame."""
-    from mocap.bvh import write_bvh
     from mocap.posing import poses
+    from mocap.skeletons.bvh import write_bvh
 
     figure = _figure(state)
     write_bvh(poses.motion_of(figure.skeleton, [figure.pose], 24.0), file_of(state, ".pose.bvh"))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from retarget.characters.paths import DrawnPath
+from retarget.characters.drawings.paths import DrawnPath
 
 
 def pulled(drawn: list[DrawnPath], at: NDArray, to: NDArray, reach: float) -> list[DrawnPath]:
@@ -26,7 +26,7 @@ def picture(file: Path, pull: tuple[NDArray, NDArray, float] | None = None) -> N
     from retarget.stage import draw2d
 
     if file.suffix.lower() != ".svg":
-        from retarget.characters.picture import read_image
+        from retarget.characters.photos.photo import read_image
 
         return read_image(file)
     drawn, page = read(file, file.stat().st_mtime_ns)
@@ -36,7 +36,7 @@ def picture(file: Path, pull: tuple[NDArray, NDArray, float] | None = None) -> N
 
 def written(file: Path, pull: tuple[NDArray, NDArray, float]) -> Path:
     """The pulled drawing in a new file beside the old one."""
-    from retarget.characters.svgout import write_keys
+    from retarget.characters.drawings.svgout import write_keys
 
     if file.suffix.lower() != ".svg":
         raise InputError(f"only an SVG can be pulled into shape, {file.name} is none: drag its outline's points")
@@ -52,6 +52,6 @@ def written(file: Path, pull: tuple[NDArray, NDArray, float]) -> Path:
 @lru_cache(maxsize=8)
 def read(file: Path, changed: int) -> tuple[list[DrawnPath], tuple[float, float]]:
     """An SVG's paths, and its page's width and height."""
-    from retarget.characters.svg import read_page, read_svg
+    from retarget.characters.drawings.svg import read_page, read_svg
 
     return read_svg(file)[0], read_page(file)[0]

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from capture.errors import InputError
 from capture.motion.tracks import CartoonMotion
 from capture.pictures.encode import over
-from retarget.characters.backdrop import is_color
-from retarget.characters.castcheck import checked
-from retarget.characters.castfile import Cast, CastKeep, read_cast
+from retarget.characters.casts.backdrop import is_color
+from retarget.characters.casts.castcheck import checked
+from retarget.characters.casts.castfile import Cast, CastKeep, read_cast
 from retarget.workbench import casts, folder, orbit, parts, pictures, playing, redraw, upload
 from retarget.workbench.desks import Desk, Seen, Work
 from retarget.workbench.state import CAST, MOTION, State, file_of
@@ -212,7 +212,7 @@ def propose(motion: str, drawings: list[str], out: str, mirror: bool) -> dict[st
     """Propose all keys of a drawing."""
     from capture.motion import tracks
     from capture.progress import working
-    from retarget.characters import proposals
+    from retarget.characters.proposed import proposals
 
     captured = tracks.load(motion)
     castings = proposals.castings([Path(drawing) for drawing in drawings], captured, mirror)

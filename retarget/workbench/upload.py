@@ -4,8 +4,8 @@ import os
 from pathlib import Path
 
 from capture.errors import InputError
-from retarget.characters.backdrop import STILLS
-from retarget.characters.cast import DRAWINGS
+from retarget.characters.casts.backdrop import STILLS
+from retarget.characters.casts.cast import DRAWINGS
 from retarget.workbench.state import CLIPS
 
 LARGEST = 200 * 2**20  # bytes of a file

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fixtures import skeletons
-from mocap.bvh import read_bvh, write_bvh
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.bvh import read_bvh, write_bvh
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.workbench import server
 from retarget.workbench.session import Session
 

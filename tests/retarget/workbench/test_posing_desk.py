@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from mocap.bvh import read_bvh, write_bvh
 from mocap.posing.choreography import read_dance
 from mocap.posing.postures import read_pool
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.bvh import read_bvh, write_bvh
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 from retarget.workbench.session import Session
 
 

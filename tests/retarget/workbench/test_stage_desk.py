@@ -7,7 +7,7 @@ import pytest
 
 from capture.motion import tracks
 from capture.pictures.decode import read_clip
-from retarget.characters.castfile import read_cast
+from retarget.characters.casts.castfile import read_cast
 from retarget.workbench import orbit, playing
 from retarget.workbench.session import Session
 
