@@ -9,6 +9,7 @@ from collections.abc import Callable
 from cyclopts import App, CycloptsError, Parameter
 
 from retarget.commands import (
+    blowing,
     capturing,
     dancing,
     exaggerating,
@@ -37,6 +38,7 @@ MOCAP: tuple[Callable[..., str], ...] = (
     playing.play,
     dancing.dance,
     posing.pose,
+    blowing.wind,
 )
 """The subcommands of `tooncap mocap`."""
 
