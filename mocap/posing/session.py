@@ -107,13 +107,14 @@ def begun(skeleton: Skeleton, pose: Pose | None = None, limits: Sequence[JointLi
 
 
 def _drag(session: Session, message: dict[str, Any]) -> None:
-    """Every move is made from where the drag began, so that the way of the pointer leaves no trace."""
+    """Every move goes on from the one before, so that nothing jumps; springs are at rest where the drag began."""
     joint = _joint(session, message)
     target = _numbers(message, "to", 3)
     if session.held is not None and session.held[0] != joint:
         _drop(session, message)
     now = session.now
-    posed = springs.drag(session.skeleton.parents, now.pose, joint, target, now.pinned, session.limits)
+    come = None if session.held is None else session.held[1]
+    posed = springs.drag(session.skeleton.parents, now.pose, joint, target, now.pinned, session.limits, come=come)
     session.held = (joint, posed)
 
 
