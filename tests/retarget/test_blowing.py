@@ -1,15 +1,24 @@
-"""`tooncap mocap wind`: a drawing, a model or a skeleton stands in the wind."""
+"""`tooncap mocap wind`: a drawing, a model or a skeleton stands in the wind; and sheets of all that dances on drawings."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from capture.pictures.decode import read_clip
+from capture.pictures.encode import write_picture
 from fixtures.write import CHARACTERS
+from mocap import sticks
+from mocap.body import find_body
 from mocap.bvh import read_bvh
+from mocap.posing.postures import posed, turns_of
+from mocap.posing.standing import stood
+from mocap.posing.starting import starting_pool
 from retarget import cli
 from retarget.characters.dancer import read_dancer
 
 FLOWER = CHARACTERS / "flower.marks.toml"
+SHEETS = Path(__file__).resolve().parents[2] / "out" / "posing"
 
 
 @pytest.fixture(autouse=True)
@@ -84,3 +93,37 @@ def test_what_cannot_blow_is_said_in_one_line_and_nothing_is_written(here, capsy
     told = capsys.readouterr().err.strip().splitlines()
     assert said in told[-1] and told[-1].startswith("tooncap: ")
     assert not list(here.iterdir())
+
+
+@pytest.mark.parametrize("who", ["tomcat", "desk_lamp", "flower"])
+def test_sheets_of_a_human_and_a_lamp_that_dance_and_a_plant_in_wind(who):
+    """For a person to see, in out/posing: sixteen moments each, on drawings."""
+    if who == "tomcat":
+        drawn = ("dance", "--drawing", CHARACTERS / "tomcat.svg", "--beats", 8, "--seed", 3)
+    elif who == "desk_lamp":
+        drawn = ("dance", "--skeleton", CHARACTERS / "desk_lamp.svg", "--beats", 8)
+    else:
+        drawn = ("wind", FLOWER, "--seconds", 4, "--speed", 9)
+    command, *given = map(str, drawn)
+    assert cli.main(["mocap", command, *given, "-o", "film.mp4", "--rate", "12", "--size", "200"]) == 0
+    clip = read_clip("film.mp4")
+    assert len(clip) == 48
+    frames = [clip[t] for t in range(0, 48, 3)]
+    assert min(np.abs(a.astype(int) - b).max() for a, b in zip(frames[:-2], frames[2:])) > 60  # it goes on moving
+    SHEETS.mkdir(parents=True, exist_ok=True)
+    write_picture(SHEETS / f"{who}.png", np.vstack([np.hstack(frames[:8]), np.hstack(frames[8:])]))
+
+
+def test_a_sheet_of_postures_at_half_and_whole_extent():
+    human = read_dancer("human")
+    pool, feet = starting_pool(human.skeleton, human.rest), find_body(human.skeleton).feet
+    names = ("arms up", "bow", "crouch", "left kick", "right knee up", "point right", "hips left")
+    turns = [turns_of(pool[name], human.skeleton, extent) for extent in (0.5, 1.0) for name in names]
+    motion = stood(posed(human.skeleton, np.array(turns), 1.0, human.rest), feet, human.places())
+    view = sticks.view_of(motion.positions(), (180, 240), 0.6, follow=False)
+    colors, parents = sticks.sides(human.skeleton.names), human.skeleton.parents
+    frames = list(sticks.draw(motion.positions(), parents, view, 0.028, colors))
+    SHEETS.mkdir(parents=True, exist_ok=True)
+    write_picture(SHEETS / "postures.png", np.vstack([np.hstack(frames[:7]), np.hstack(frames[7:])]))
+    moved = np.linalg.norm(motion.positions() - human.places(), axis=-1).max(axis=1)
+    assert (moved[:7] > 0.3 * moved[7:]).all() and (moved[:7] < 0.95 * moved[7:]).all()
