@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from capture.errors import InputError
-from mocap.posing import elastic, playing, poses, springs
+from mocap.posing import elastic, playing, poses, springs, ties
 from mocap.posing.limits import JointLimits
 from mocap.posing.poses import Pose
 from mocap.skeleton import Skeleton, SkeletonMotion
@@ -102,7 +102,8 @@ class Session:
 
 
 def begun(skeleton: Skeleton, pose: Pose | None = None, limits: Sequence[JointLimits] = ()) -> Session:
-    """A session that begins with a pose, or with the skeleton at rest."""
+    """A session that begins with a pose, or with the skeleton at rest; InputError for a skeleton in several pieces."""
+    ties.tree_of(skeleton.parents, np.asarray(skeleton.offsets, float))
     return Session(skeleton, tuple(limits), [State(poses.rest_of(skeleton) if pose is None else pose)])
 
 

@@ -115,7 +115,8 @@ def quadruped(skeleton: Skeleton, rest: NDArray | None = None) -> Pool:
             ("left", (0, down, 0)),
             ("right", (0, -down, 0)),
         ):
-            bent = _about(frame, f"{name} {way}", joints, axis, far)
+            aside = 0.5 if name == "back" and axis[1] else 1.0  # or else its forelegs would swing far round
+            bent = _about(frame, f"{name} {way}", joints, axis, aside * far)
             if name == "back" and axis[0]:  # the legs under it go on standing
                 bent = combined(bent.name, [bent, _hanging(frame, fore, axis[0] * far)])
             made.append(bent)

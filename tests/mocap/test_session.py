@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from capture.errors import InputError
 from fixtures import skeletons
 from mocap.bvh import read_bvh, write_bvh
 from mocap.posing import limits, poses, session
@@ -265,6 +266,11 @@ def test_a_message_that_cannot_be_followed_is_told_so_and_changes_nothing(messag
     answer = posing.send(message)
     assert said in answer["error"]
     assert posing.send({"do": "look"}) == before == answer | {"error": ""}
+
+
+def test_a_skeleton_in_pieces_is_refused_before_anybody_drags_it():
+    with pytest.raises(InputError, match="must hang together"):
+        session.begun(Skeleton(("a", "b", "c"), (-1, -1, 1), np.ones((3, 3))))
 
 
 def begun():
