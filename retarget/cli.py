@@ -10,6 +10,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from retarget.commands import (
     analogies,
+    blowing,
     capturing,
     dancing,
     exaggerating,
@@ -43,6 +44,7 @@ MOCAP: tuple[Callable[..., str], ...] = (
     playing.play,
     dancing.dance,
     posing.pose,
+    blowing.wind,
 )
 """The subcommands of `tooncap mocap`."""
 

@@ -109,7 +109,7 @@ def _of_midi(path: Path) -> Beats:
                     tempos.append((now, message.tempo))
                 last = max(last, now)
     except (OSError, EOFError, ValueError, IndexError, KeyError) as error:
-        raise InputError(f"{path} must be a MIDI file, it cannot be read: {error}") from None
+        raise InputError(f"{path} must be a MIDI file, it cannot be read: {str(error) or 'it is cut off'}") from None
     if ticks <= 0 or last <= 0:
         raise InputError(f"{path} must be a MIDI file with notes in time, it has none: export it again")
     if last / ticks > MOST or any(tempo <= 0 for _, tempo in tempos):
@@ -145,7 +145,7 @@ def _samples(path: Path) -> tuple[NDArray, float]:
             warnings.simplefilter("ignore")  # chunks it does not know
             rate, sound = wavfile.read(path)
     except (OSError, EOFError, ValueError, IndexError, TypeError, struct.error) as error:
-        raise InputError(f"{path} must be a WAV file, it cannot be read: {error}") from None
+        raise InputError(f"{path} must be a WAV file, it cannot be read: {str(error) or 'it is cut off'}") from None
     sound = np.asarray(sound, float)
     if sound.size == 0 or rate <= 0:
         raise InputError(f"{path} must hold sound, it is empty: export it again")

@@ -22,6 +22,9 @@ from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 SPRINGS = felt(2.2, 0.8)
 """Brisk, and hardly swinging over."""
 
+FLIES = 0.02
+"""Metres that a hop leaves the floor before it is a flight."""
+
 HOP = 1.2
 """A hop is so many times as high as it needs to be."""
 
@@ -63,7 +66,9 @@ def danced(
     when = music.at(np.unique([step.beat for step in steps]))
     roots = [joint for joint, parent in enumerate(skeleton.parents) if parent < 0]
     translation = whole.translation.copy()
-    translation[:, roots, 1] += _hops(plain.translation[:, roots, 1], at, when)
+    height = _hops(plain.translation[:, roots, 1], at, when)
+    translation[:, roots, 1] += height
+    translation[:, roots] = _flown(translation[:, roots], height, at)
     return replace(whole, translation=translation)
 
 
@@ -83,6 +88,19 @@ def _hops(height: NDArray, at: NDArray, when: NDArray) -> NDArray:
     after = np.searchsorted(when, at, side="right") + 1
     least = np.minimum(on_beats[after - 1], on_beats[after])
     return HOP * np.maximum(least - height, 0)
+
+
+def _flown(places: NDArray, height: NDArray, at: NDArray) -> NDArray:
+    """Roots (T, R, 3) that hop by `height` (T, R) at moments (T,) fly straight from take-off to landing.
+
+    Half-way between two legs no foot stands: a root that followed the lower one would be thrown back, and come again.
+    """
+    flown = places.copy()
+    for root in range(places.shape[1]):
+        stands = height[:, root] <= FLIES
+        for axis in (0, 2):
+            flown[:, root, axis] = np.interp(at, at[stands], places[stands, root, axis])
+    return flown
 
 
 def _layer(

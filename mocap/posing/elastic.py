@@ -58,6 +58,8 @@ def felt(frequency: ArrayLike = 2.0, damping: ArrayLike = 0.5, inertia: ArrayLik
     inertia, omega = np.asarray(inertia, float), 2 * np.pi * np.asarray(frequency, float)
     if not np.all(omega > 0):
         raise InputError(f"the frequency of an elastic joint must be above 0 Hz, got {frequency}: give another one")
+    if not np.all(np.asarray(damping, float) >= 0):
+        raise InputError(f"the damping of an elastic joint must be 0 or more, got {damping}: 1 does not swing over")
     return Elastic(inertia, 2 * np.asarray(damping, float) * omega * inertia, inertia * omega**2)
 
 

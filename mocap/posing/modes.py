@@ -32,6 +32,9 @@ THICK = 0.1
 TINY = 1e-4
 """What hangs on a joint and reaches no further, as a share of all links, does not swing."""
 
+OWN = 1e-3
+"""Of two joints in one place the lower resists a turn by itself, besides what hangs on it, by so much of that."""
+
 MOST = np.radians(60)
 """Joints are hardly turned further: shapes are those of small swings."""
 
@@ -103,6 +106,9 @@ def modes_of(
     axes = np.tile(np.eye(3), (len(places), 1, 1)) if axes is None else axes
     heavy = _mass_matrix(parents, places, axes, lengths, free, thick)
     own = np.stack([heavy[3 * n : 3 * n + 3, 3 * n : 3 * n + 3] for n in range(len(free))])
+    doubled = [n for n, joint in enumerate(free) if lengths[joint] <= TINY * reach[joint] and parents[joint] in free]
+    for n in doubled:  # it moves all that the joint above it moves: else nobody knows whose turn it is
+        heavy[3 * n : 3 * n + 3, 3 * n : 3 * n + 3] += OWN * np.trace(own[n]) * np.eye(3)
     springs = np.linalg.eigvalsh(own)[:, -1] / reach[free] if stiffness is None else np.asarray(stiffness)[free]
     last = 3 * len(free) if count is None else min(count, 3 * len(free))
     squares, vectors = eigh(np.diag(np.repeat(springs, 3)), heavy, subset_by_index=[0, last - 1])

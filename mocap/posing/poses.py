@@ -55,29 +55,3 @@ def motion_of(skeleton: Skeleton, poses: Sequence[Pose], fps: float) -> Skeleton
             translation[:, joint] = way.T
             rotation[:, joint] = own.T
     return SkeletonMotion(skeleton, translation, rotation, fps)
-
-
-def between(skeleton: Skeleton, poses: Sequence[Pose], seconds: float, fps: float) -> SkeletonMotion:
-    """A motion from pose to pose, `seconds` for each way, that slows in and out of every one.
-
-    Joints turn on joints by the smallest turn, so that links keep their lengths on the way.
-    """
-    if not poses or not seconds > 0 or not fps > 0:
-        raise InputError(
-            f"a motion needs poses, seconds from one to the next and a frame rate, there are {len(poses)}, {seconds} "
-            f"and {fps}: keep a posture first"
-        )
-    keys = motion_of(skeleton, poses, fps)
-    times = np.arange(round((len(poses) - 1) * seconds * fps) + 1) / (seconds * fps)
-    start = np.minimum(times.astype(int), max(len(poses) - 2, 0))
-    end, share = np.minimum(start + 1, len(poses) - 1), np.clip(times - start, 0, 1)
-    share = share * share * (3 - 2 * share)
-    first, last = (np.ascontiguousarray(keys.rotation[at].transpose(1, 2, 0)).swapaxes(0, 1) for at in (start, end))
-    way = quat.product(quat.inverse(first), last)
-    way = way * np.where(way[3] < 0, -1.0, 1.0)
-    sine = np.sqrt((way[:3] ** 2).sum(axis=0))
-    vector = way[:3] * (2 * np.arctan2(sine, way[3]) / np.maximum(sine, 1e-12))
-    rotation = quat.product(first, quat.from_vector(share * vector)).transpose(2, 1, 0)
-    mixed = share[:, None, None]
-    translation = (1 - mixed) * keys.translation[start] + mixed * keys.translation[end]
-    return SkeletonMotion(skeleton, translation, np.ascontiguousarray(rotation), fps)

@@ -6,9 +6,13 @@ A message is a plain dictionary, so is its answer, so that any interface can sit
     {"do": "pin" | "unpin", "joint": "LeftFoot"}            without a joint, unpin takes all pins out
     {"do": "keep" | "take" | "forget", "name": "jump"}      keep the posture, go back to a kept one
     {"do": "undo" | "redo" | "look"}
-    {"do": "play", "seconds": 0.5, "fps": 24}               from each kept posture to the next
+    {"do": "feel", "quick": 2, "damping": 0.7}              how elastic joints are; also "clumsy", "stiff" and "wild"
+    {"do": "play", "seconds": 0.5, "fps": 24}               through all kept postures at once, as elastic joints go
+    {"do": "next", "seconds": 0.04, "each": 0.5}            live: so much later, on the way round the kept postures
+    {"do": "stop"}                                          next begins anew
 
-All states are kept and none is ever changed: undo is going back in a list.
+What it feels like may be changed between one "next" and the other: it swings on from where it is.  All states but that
+are kept and none is ever changed: undo is going back in a list.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,10 +22,13 @@ from typing import Any
 import numpy as np
 
 from capture.errors import InputError
-from mocap.posing import poses, springs
+from mocap.posing import elastic, playing, poses, springs, ties
 from mocap.posing.limits import JointLimits
 from mocap.posing.poses import Pose
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
+
+FEEL = {"quick": 2.5, "damping": 1.0, "clumsy": 0.0, "stiff": 0.0, "wild": 0.0}
+"""How elastic joints are before anybody says so: Hz, a damping ratio, and -1 to 1 (`elastic.styled`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +49,14 @@ class Session:
     past: list[State]  # the last one is what is seen, unless a joint is being dragged
     future: list[State] = field(default_factory=list)
     held: tuple[int, Pose] | None = None  # the joint that is being dragged, and what has come of it so far
+    feel: dict[str, float] = field(default_factory=lambda: dict(FEEL))
+    live: playing.Playing | None = None  # where "next" has come to
 
     def send(self, message: dict[str, Any]) -> dict[str, Any]:
         """Do what a message says and answer with what is seen; a message that cannot be followed changes nothing.
 
         An answer has "positions" (J lists of x, y, z), "pinned" and "kept" (names), "undo" and "redo" (how often they
-        will work), "error" (a sentence, or nothing) and for "play" also "frames" and "fps".
+        will work), "feel", "error" (a sentence, or nothing), for "play" also "frames" and "fps", for "next" one frame.
         """
         error, more = "", {}
         try:
@@ -71,8 +80,15 @@ class Session:
 
     def motion(self, seconds: float = 0.5, fps: float = 24.0) -> SkeletonMotion:
         """The kept postures played one after the other; without any, the pose that is seen."""
-        kept = [pose for _, pose in self.now.kept]
-        return poses.between(self.skeleton, kept or [self.pose], seconds, fps)
+        return playing.through(self.skeleton, self._played(), seconds, fps, self.springs)
+
+    @property
+    def springs(self) -> elastic.Elastic:
+        """The elastic joints as they feel now."""
+        return _springs(self.feel)
+
+    def _played(self) -> list[Pose]:
+        return [pose for _, pose in self.now.kept] or [self.pose]
 
     def _seen(self) -> dict[str, Any]:
         return {
@@ -81,22 +97,25 @@ class Session:
             "kept": [name for name, _ in self.now.kept],
             "undo": len(self.past) - 1 + (self.held is not None),
             "redo": len(self.future),
+            "feel": dict(self.feel),
         }
 
 
 def begun(skeleton: Skeleton, pose: Pose | None = None, limits: Sequence[JointLimits] = ()) -> Session:
-    """A session that begins with a pose, or with the skeleton at rest."""
+    """A session that begins with a pose, or with the skeleton at rest; InputError for a skeleton in several pieces."""
+    ties.tree_of(skeleton.parents, np.asarray(skeleton.offsets, float))
     return Session(skeleton, tuple(limits), [State(poses.rest_of(skeleton) if pose is None else pose)])
 
 
 def _drag(session: Session, message: dict[str, Any]) -> None:
-    """Every move is made from where the drag began, so that the way of the pointer leaves no trace."""
+    """Every move goes on from the one before, so that nothing jumps; springs are at rest where the drag began."""
     joint = _joint(session, message)
     target = _numbers(message, "to", 3)
     if session.held is not None and session.held[0] != joint:
         _drop(session, message)
     now = session.now
-    posed = springs.drag(session.skeleton.parents, now.pose, joint, target, now.pinned, session.limits)
+    come = None if session.held is None else session.held[1]
+    posed = springs.drag(session.skeleton.parents, now.pose, joint, target, now.pinned, session.limits, come=come)
     session.held = (joint, posed)
 
 
@@ -148,12 +167,14 @@ def _undo(session: Session, _: dict[str, Any]) -> None:
         session.held = None
     elif len(session.past) > 1:
         session.future.append(session.past.pop())
+        session.live = None
 
 
 def _redo(session: Session, message: dict[str, Any]) -> None:
     _drop(session, message)
     if session.future:
         session.past.append(session.future.pop())
+        session.live = None
 
 
 def _look(session: Session, _: dict[str, Any]) -> None:
@@ -167,7 +188,41 @@ def _play(session: Session, message: dict[str, Any]) -> dict[str, Any]:
     return {"frames": session.motion(seconds, fps).positions().tolist(), "fps": fps}
 
 
+def _feel(session: Session, message: dict[str, Any]) -> None:
+    """Not a matter of undo: it may be changed thirty times a second, by a slider, while the figure plays."""
+    unknown = [name for name in message if name != "do" and name not in FEEL]
+    if unknown or len(message) < 2:
+        raise InputError(f"to feel otherwise say some of {', '.join(FEEL)}, not {', '.join(unknown) or 'nothing'}")
+    told = {name: float(_numbers(message, name, 1)[0]) for name in message if name != "do"}
+    feel = session.feel | told
+    if not all(abs(value) <= 1000 for value in feel.values()) or any(abs(feel[name]) > 4 for name in _STYLES):
+        raise InputError(f"{', '.join(_STYLES)} must be -4 to 4, 1 is much; quick and damping are numbers, not {told}")
+    _springs(feel)
+    session.feel = feel
+
+
+def _next(session: Session, message: dict[str, Any]) -> dict[str, Any]:
+    pace = (("seconds", 1 / 24), ("each", 0.5))
+    seconds, each = (float(_numbers(message, name, 1, usual)[0]) for name, usual in pace)
+    if not 0 <= seconds <= 60 or not 0.01 <= each <= 60:
+        raise InputError(f"next must be 0 to 60 seconds later, and postures last 0.01 to 60, not {seconds} and {each}")
+    _drop(session, message)
+    live = session.live or playing.begun(session.skeleton, session._played())
+    session.live = playing.later(live, session.springs, seconds, each)
+    return {"frames": playing.seen(session.live).positions().tolist()}
+
+
+def _stop(session: Session, _: dict[str, Any]) -> None:
+    session.live = None
+
+
+def _springs(feel: dict[str, float]) -> elastic.Elastic:
+    return elastic.styled(elastic.felt(feel["quick"], feel["damping"]), *(feel[name] for name in _STYLES))
+
+
 def _settle(session: Session, state: State) -> None:
+    if state.kept is not session.now.kept:
+        session.live = None  # its postures are others now
     session.past.append(state)
     session.future.clear()
 
@@ -217,6 +272,7 @@ def _numbers(message: dict[str, Any], name: str, count: int, usual: float | None
     return numbers
 
 
+_STYLES = ("clumsy", "stiff", "wild")
 _DOES: dict[str, Callable[[Session, dict[str, Any]], dict[str, Any] | None]] = {
     "drag": _drag,
     "drop": _drop,
@@ -227,6 +283,9 @@ _DOES: dict[str, Callable[[Session, dict[str, Any]], dict[str, Any] | None]] = {
     "forget": _forget,
     "undo": _undo,
     "redo": _redo,
+    "feel": _feel,
     "play": _play,
+    "next": _next,
+    "stop": _stop,
     "look": _look,
 }

@@ -1,9 +1,10 @@
 """A joint is dragged, and the whole figure follows: springs without mass (Chen et al. 2004, section 4.1).
 
 Springs between joints two and three links apart (the paper's 4th and 6th neighbours; the 2nd are the links) want the
-distances that they had when the drag began, and every joint would rather stay where it was.  Links do not stretch, and
+distances that they had when the drag began, and every joint would rather stay where it was. Links do not stretch, and
 what hangs on one joint turns as one piece, as it does in every motion file; so nothing has to be mended afterwards.
-Any tree of joints will do.  The outcome depends on where a drag began and where it ends, not on the way between.
+Any tree of joints will do. The outcome depends on where a drag began and where it ends; and on the way between only
+for who tells it (`come`).
 
 Errata: with h = 0.5 (section 4.1) 4th and 6th neighbours make the paper's sum of forces swing ever more; ten rounds
 leave 8 to 38 % of elongation.  `sweeps` goes inwards and outwards by graph distance instead.
@@ -36,6 +37,10 @@ PIN, HAND, SOFT = 1e7, 1e5, 1e4
 STEPS, ROUNDS, LAST = 4, 2, 60
 """The way to the target is done in steps of so many rounds; so many more at most when it is there."""
 
+STRIDE, ONWARD = 0.05, 20
+"""A drag that goes on makes steps of this length, times the figure's size, and no more than STEPS; and fewer rounds
+there: what would snap over glides, over a few moves of the pointer."""
+
 VIEWER = np.array([0.1, 0.2, 1.0])
 """The side that a straight limb without hinges gives way to, roughly to the viewer: exactly would be a special case."""
 
@@ -66,11 +71,14 @@ def drag(
     pinned: Sequence[int] = (),
     limits: Sequence[JointLimits] = (),
     compiled: bool = True,
+    come: Pose | None = None,
 ) -> Pose:
     """The pose when `joint` has been dragged to `target` (3,), or as near to it as pinned joints and limits let it.
 
-    Links keep their lengths (beside a pin within 5 %, all others to 1e-9), pinned joints their places, and joints their
-    twist.  InputError for what is no tree, for numbers that are not finite, for all joints pinned.
+    Links keep their lengths (beside a pin within 5 %, all others to 1e-9), pinned joints their places, and joints
+    their twist. `come` is what has come of the drag so far, for a pointer that moves on: then the figure goes on from
+    there, and does not jump from one way of giving in to another; springs remember `pose`. InputError for what is no
+    tree, for numbers that are not finite, for all joints pinned.
     """
     positions, target = _checked(len(parents), pose, joint, target, pinned)
     tree = tree_of(parents, positions)
@@ -78,25 +86,36 @@ def drag(
     size = max(2 * np.linalg.norm(ordered - ordered.mean(axis=0), axis=1).max(), 1e-12)
     if np.linalg.norm(way) <= 1e-12 * size:
         return pose
+    begun = None
+    if come is not None and come is not pose:
+        there, _ = _checked(len(parents), come, joint, target, pinned)
+        begun = (there[tree.order] - positions[joint]) / size, _turned(pose.turns, come.turns)[tree.order]
     back = np.argsort(tree.order)
     fixed = sorted({int(back[j]) for j in pinned})
     start = (ordered - positions[joint]) / size
     held = bends.gathered(limits, tree.order, pose.turns, parents)
     lengths = np.linalg.norm(tree.ways(start), axis=1)
-    for share in SHARES:
-        place, turn = _dragged(tree, start, int(back[joint]), share * way / size, fixed, held, compiled)
+    for share in SHARES if begun is None else (1.0,):
+        place, turn = _dragged(tree, start, int(back[joint]), share * way / size, fixed, held, compiled, begun)
         now = np.linalg.norm(tree.ways(place), axis=1)
         if (np.abs(now - lengths) <= STRETCH * lengths + 1e-4).all():
             break
     else:
-        return pose
+        return pose if begun is None else come
     moved = positions[joint] + size * place[back]
     moved[list(pinned)] = positions[list(pinned)]
     return Pose(moved, _quaternions(turn[back], pose.turns))
 
 
 def _dragged(
-    tree: Tree, start: NDArray, hand: int, way: NDArray, fixed: list[int], held: bends.Held, compiled: bool
+    tree: Tree,
+    start: NDArray,
+    hand: int,
+    way: NDArray,
+    fixed: list[int],
+    held: bends.Held,
+    compiled: bool,
+    begun: tuple[NDArray, NDArray] | None = None,
 ) -> tuple[NDArray, NDArray]:
     """Places (J, 3) and turns (J, 3, 3) since the start, all in the tree's order, of a figure of size 1."""
     outward, settle, carried, untwisted = sweeps.compiled() if compiled else sweeps.plain()
@@ -118,19 +137,25 @@ def _dragged(
     firm = np.full(len(stars), sweeps.LOOSE)
     bend = np.where(before >= 0, tree.bends(start, stiff)[by], 0.0)
     shape = (ways, stars, by, before, bend, tree.parents, *links, *held.for_stars(len(start)))
-    if fixed:
+    if begun is not None:
+        place, turn = begun[0].copy(), begun[1].copy()
+    elif fixed:
         kick = _kick(tree, start, way, held, stars, by, (holder, hand), reach[holder])
         carried(place, turn, kick, ways, stars, by, *links)
-    for step in range(1, STEPS + 1):
-        goal[hand, 1] = start[hand] + carry + (way - carry) * (step / STEPS)
+    at = start[hand] + carry if begun is None else place[hand].copy()
+    end = start[hand] + way
+    last = LAST if begun is None else ONWARD
+    steps = STEPS if begun is None else min(int(np.sqrt(((end - at) ** 2).sum()) / STRIDE) + 1, STEPS)
+    for step in range(1, steps + 1):
+        goal[hand, 1] = at + (end - at) * (step / steps)
         if not fixed:
             place += goal[hand, 1] - place[hand]
         settle(place, turn, springs, rest, stiff, goal, hold, firm, *shape, ROUNDS, DONE)
-    settle(place, turn, springs, rest, stiff, goal, hold, firm, *shape, LAST, DONE)
-    near = np.abs(place[hand] - goal[hand, 1]).max() < NEAR
+    settle(place, turn, springs, rest, stiff, goal, hold, firm, *shape, last, DONE)
+    near = begun is not None or np.abs(place[hand] - goal[hand, 1]).max() < NEAR
     if fixed and near:
         hold[hand, 1] = HAND
-        settle(place, turn, springs, rest, stiff, goal, hold, firm, *shape, LAST, DONE)
+        settle(place, turn, springs, rest, stiff, goal, hold, firm, *shape, last, DONE)
     if len(fixed) > 1:  # what pins are still off by, without springs
         torn = np.abs(place[fixed] - start[fixed]).max() > GAP
         goal[:, 0], hold[:, 0] = place, 1e-3
@@ -196,6 +221,13 @@ def _kick(
     bow = 0.05 * min(1.0, 4 * np.sqrt((way * way).sum()) / long)
     kick[row] = bow * np.cos(np.pi * (np.arange(len(row)) + 0.5) / len(row))[:, None] * (axis / size)
     return kick
+
+
+def _turned(before: NDArray, after: NDArray) -> NDArray:
+    """The turns (J, 3, 3) that bring turns (J, 4) to others."""
+    from scipy.spatial.transform import Rotation
+
+    return (Rotation.from_quat(after) * Rotation.from_quat(before).inv()).as_matrix()
 
 
 def _quaternions(turn: NDArray, before: NDArray) -> NDArray:

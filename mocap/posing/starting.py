@@ -27,13 +27,18 @@ def starting_pool(skeleton: Skeleton, rest: NDArray | None = None) -> Pool:
 
 
 def kind_of(skeleton: Skeleton, rest: NDArray | None = None) -> str:
-    """ "human" for two legs that go down and arms, "quadruped" for four or more legs, "plant" for anything else."""
+    """ "human" for two legs that go down and arms, "quadruped" for four or more legs, "plant" for anything else.
+
+    Legs and arms of a human have three joints or more: petals and leaves have not.
+    """
     frame = _frame(skeleton, rest)
     legs = [leg for leg in frame.body.legs() if len(leg) > 1]
     stands = [frame.places[leg[-1], 1] < frame.places[leg[0], 1] for leg in legs]
     if len(legs) >= 4 and all(stands):
         return "quadruped"
-    return "human" if len(legs) == 2 and all(stands) and len(frame.body.hands) == 2 else "plant"
+    limbs = [frame.body.parts.get(f"{side} {limb}", ()) for side, _ in SIDES for limb in ("arm", "leg")]
+    jointed = all(len(limb) > 2 for limb in limbs)
+    return "human" if len(legs) == 2 and all(stands) and len(frame.body.hands) == 2 and jointed else "plant"
 
 
 def standing(skeleton: Skeleton, rest: NDArray | None = None) -> NDArray:
@@ -110,7 +115,8 @@ def quadruped(skeleton: Skeleton, rest: NDArray | None = None) -> Pool:
             ("left", (0, down, 0)),
             ("right", (0, -down, 0)),
         ):
-            bent = _about(frame, f"{name} {way}", joints, axis, far)
+            aside = 0.5 if name == "back" and axis[1] else 1.0  # or else its forelegs would swing far round
+            bent = _about(frame, f"{name} {way}", joints, axis, aside * far)
             if name == "back" and axis[0]:  # the legs under it go on standing
                 bent = combined(bent.name, [bent, _hanging(frame, fore, axis[0] * far)])
             made.append(bent)

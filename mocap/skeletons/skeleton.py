@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.errors import InputError
+
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
@@ -16,6 +18,19 @@ class Skeleton:
     names: tuple[str, ...]
     parents: tuple[int, ...]
     offsets: NDArray  # (J, 3) from the parent joint
+
+    def __post_init__(self) -> None:
+        if not len(self.names) == len(self.parents) == len(self.offsets):
+            raise InputError(
+                f"a skeleton must have a name, a parent and an offset for each joint, it has {len(self.names)}, "
+                f"{len(self.parents)} and {len(self.offsets)}"
+            )
+        for joint, parent in enumerate(self.parents):
+            if not -1 <= parent < joint:
+                raise InputError(
+                    f"a joint's parent must come before it, or be -1 for a root: joint {joint}, {self.names[joint]!r}, "
+                    f"hangs on joint {parent}; where joints hang on each other in a circle, cut it"
+                )
 
     def __len__(self) -> int:
         return len(self.names)

@@ -3,18 +3,14 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from retarget.commands.onward import write_performed
 from retarget.console import Out, stem, tell
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-
     from mocap.posing.beats import Beats
     from mocap.posing.choreography import Dance
     from mocap.posing.postures import Pool
-    from mocap.skeletons.skeleton import SkeletonMotion
-    from retarget.characters.figures.dancer import Dancer
+    from retarget.characters.dancer import Dancer
 
 
 def dance(
@@ -56,7 +52,8 @@ def dance(
     every
         Dance every beat of quick music; without it every second one above 135 a minute.
     skeleton
-        Who dances: a .bvh file, a model with a skin (.glb, .gltf), or "human", "flower" or "lamp".
+        Who dances: a .bvh file, a model with a skin (.glb, .gltf), a drawing with marked joints that need not be a
+        figure, or "human", "flower" or "lamp".
     postures
         A pool, .postures.json; without it one that is made for the skeleton.
     steps
@@ -110,7 +107,7 @@ def dance(
         return f"{out}: {len(pool.postures)} postures of a {pool.kind or 'figure'}"
     springs = styled(felt(quick, damping), clumsy, stiff, wild)
     motion = danced(dancer.skeleton, pool, choreography, taken, rate, springs, extent, dancer.rest)
-    _write(motion, dancer, out, drawing, size, None if silent else (music, heard))
+    write_performed(motion, dancer, out, drawing or dancer.drawing, size, None if silent else (music, heard))
     count = len({step.beat for step in unrolled(choreography, len(taken.times) - 1)})
     return (
         f"{out}: {len(motion)} frames at {rate:.4g} a second, {count} postures on {len(taken.times)} beats, "
@@ -141,103 +138,3 @@ def _told(postures: Path | None, steps: Path | None, dancer: "Dancer", beats: in
 
     pool = read_pool(postures) if postures else starting_pool(dancer.skeleton, dancer.rest)
     return pool, read_dance(steps) if steps else invented(pool, dancer.skeleton, beats, seed, dancer.rest)
-
-
-def _write(
-    motion: "SkeletonMotion",
-    dancer: "Dancer",
-    out: Path,
-    drawing: Path | None,
-    size: int,
-    sound: "tuple[Path | None, Beats] | None",
-) -> None:
-    """The dance as what the name of `out` asks for."""
-    from capture.errors import InputError
-    from mocap.rubber import rubber
-    from mocap.skeletons.bvh import write_bvh
-    from retarget.characters.figures.rubber_skin import rubber_skin
-    from retarget.export import formats
-    from retarget.export.rubber import write_rubber
-
-    kind = out.suffix.lower()
-    if drawing is not None:
-        if kind == ".bvh":
-            raise InputError(
-                f"{out.name} holds a skeleton, and {drawing.name} is to dance: ask for a video, or leave it"
-            )
-        _drawn(motion, drawing, out, size, sound)
-    elif kind == ".bvh":
-        write_bvh(motion, out)
-    elif kind in (".glb", ".gltf"):
-        model, skin, moved = dancer.body(motion)
-        made = rubber.plain(moved)
-        write_rubber(model, rubber_skin(skin, model.points, made.subjoints), made, out, "dancer")
-    elif formats.drawings(out) or formats.bodies(out):
-        raise InputError(f"{out.name} holds drawings, and nobody drawn dances: ask for a video, .glb or .bvh")
-    else:
-        _film(_pictures(motion, dancer, size), len(motion), motion.fps, out, sound)
-
-
-def _pictures(motion: "SkeletonMotion", dancer: "Dancer", size: int) -> "Iterator[NDArray]":
-    """A stick figure's pictures; a model's own where it has one."""
-    import numpy as np
-
-    from mocap import sticks
-    from mocap.rubber import rubber
-    from retarget.characters.figures.rubber_skin import posed, rubber_skin
-    from retarget.stage import draw2d
-    from retarget.stage.play import play_mesh
-
-    if dancer.model is not None:
-        model, skin, moved = dancer.body(motion)
-        made = rubber.plain(moved)
-        points = posed(rubber_skin(skin, model.points, made.subjoints), model.points, made)
-        return draw2d.draw_frames(play_mesh(points, model, motion.fps, (0.5, 0.1, 0.86), size), None, None)
-    places = motion.positions()
-    view = sticks.view_of(places, (size, size), 0.45, follow=False)
-    thick = 0.017 * float(np.ptp(places[..., 1], axis=1).max())
-    return sticks.draw(places, motion.skeleton.parents, view, thick, sticks.sides(motion.skeleton.names))
-
-
-def _drawn(
-    motion: "SkeletonMotion", drawing: Path, out: Path, size: int, sound: "tuple[Path | None, Beats] | None"
-) -> None:
-    """The dance by a drawing with marked joints (`mocap play` does it with rubber)."""
-    from mocap.onto.bones import cast_marks
-    from mocap.onto.to_tracks import to_tracks
-    from mocap.rubber import rubber
-    from retarget.characters.bodies.markfiles import read_marked
-    from retarget.export import formats
-    from retarget.stage import draw2d
-    from retarget.stage.play import play
-
-    character, made = read_marked(drawing), rubber.plain(motion)
-    casting = cast_marks(made, character.marks, None)
-    tell(f"{drawing}: {note}" for note in casting.notes)
-    performance = play(to_tracks(made, character.marks, casting), character)
-    if write := formats.bodies(out):
-        write(performance, out)
-    elif write := formats.drawings(out):
-        write(performance, out, size, None)
-    else:
-        _film(draw2d.draw_frames(performance, None, size), len(motion), motion.fps, out, sound)
-
-
-def _film(
-    frames: "Iterator[NDArray]", count: int, fps: float, out: Path, sound: "tuple[Path | None, Beats] | None"
-) -> None:
-    """Pictures as a clip, with the music, or clicks on the beats, where a file can have sound."""
-    from capture.files import written_beside
-    from capture.pictures.encode import write_clip
-    from capture.progress import progress
-    from retarget.export.sound import CODECS, add_sound, clicks, sound_of
-
-    frames = progress(frames, "drawing", count)
-    if sound is None or out.suffix.lower() not in CODECS:
-        write_clip(out, frames, fps)
-        return
-    music, beats = sound
-    with written_beside(out) as beside:
-        write_clip(beside, frames, fps)
-        heard = clicks(beats.times, count / fps) if music is None else sound_of(music, count / fps)
-        add_sound(beside, *heard)

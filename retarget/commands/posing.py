@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from retarget.commands.onward import write_performed
 from retarget.console import Out, stem, tell
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def pose(
     clip
         A *.bvh file: whose figure, and the pose to begin with.
     out
-        A *.bvh of one frame, or a *.png of the figure.
+        A *.bvh of one frame, a *.glb of the figure made of hoses, or a *.png of it.
     frame
         Which frame of the clip to begin with.
     drag
@@ -53,12 +54,14 @@ def pose(
 
     from capture.errors import InputError
     from mocap.posing import limits, poses, session
-    from mocap.skeletons.bvh import read_bvh, write_bvh
-    from mocap.skeletons.units import upright
+    from mocap.units import upright
+    from retarget.characters.dancer import Dancer
 
     out = out or Path(stem(clip) + ".pose.bvh")
-    if out.suffix.lower() not in (".bvh", ".png"):
-        raise InputError(f"{out}: a pose is written as .bvh or .png, not as {out.suffix or 'a name without an ending'}")
+    if out.suffix.lower() not in (".bvh", ".glb", ".png"):
+        raise InputError(
+            f"{out}: a pose is written as .bvh, .glb or .png, not as {out.suffix or 'a name without an ending'}"
+        )
     motion = upright(read_bvh(clip, strict, fps))
     tell(f"{clip}: {note}" for note in motion.notes)
     skeleton = motion.skeleton
@@ -78,6 +81,8 @@ def pose(
     made = poses.motion_of(skeleton, [posing.pose], motion.fps)
     if out.suffix.lower() == ".png":
         _picture(posing, out, np.radians(turn))
+    elif out.suffix.lower() == ".glb":
+        write_performed(made, Dancer(skeleton, poses.rest_of(skeleton).turns), out, None, 480, None)
     else:
         write_bvh(made, out)
     moved = np.linalg.norm(posing.pose.positions - begin.positions, axis=1)

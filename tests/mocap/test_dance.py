@@ -141,6 +141,17 @@ def test_from_leg_to_leg_a_dancer_hops_and_does_not_sink():
     assert feet.max() > feet[0] + 0.05 and np.abs(feet[::12] - feet[0]).max() < 0.01
 
 
+@pytest.mark.parametrize("seed", [0, 3, 7])
+def test_a_dancer_who_changes_legs_is_not_thrown_about(seed):
+    """At 24 frames a second hips go nowhere and back within four frames: less than a hand's breadth."""
+    rest = standing(HUMAN)
+    pool = starting_pool(HUMAN, rest)
+    motion = danced(HUMAN, pool, invented(pool, HUMAN, 32, seed, rest), beats.steady(120, 16), rest=rest)
+    hips = motion.positions()[:, 0, [0, 2]]
+    there_and_back = np.linalg.norm(hips[2:-2] - 0.5 * (hips[:-4] + hips[4:]), axis=1)
+    assert there_and_back.max() < 0.1
+
+
 def test_a_flower_and_a_lamp_stay_where_they_grow():
     for skeleton in (FLOWER, LAMP):
         pool = starting_pool(skeleton)

@@ -199,3 +199,10 @@ def test_a_body_is_quick_to_follow():
 def test_bad_input_is_refused(make, said):
     with pytest.raises(InputError, match=said):
         make(rod())
+
+
+def test_two_joints_in_one_place_swing_at_all():
+    offsets = np.array([[0, 0, 0], [0, 0.1, 0], [0, 0, 0], [0, 0.5, 0], [0.1, 0.4, 0]])
+    two = Skeleton(("a", "b", "b2", "c", "d"), (-1, 0, 1, 2, 3), offsets)
+    own = modes.of_skeleton(two, frequency=1.5, count=4)
+    assert np.isfinite(own.shapes).all() and own.frequency[0] == pytest.approx(1.5)

@@ -5,9 +5,11 @@ import pytest
 from PIL import Image
 
 from fixtures import skeletons
-from mocap.skeletons.bvh import read_bvh, write_bvh
-from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
-from mocap.skeletons.units import upright
+from mocap.bvh import read_bvh, write_bvh
+from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.units import upright
+from retarget.characters.meshfiles import read_model
+from retarget.characters.skin import Pose, read_skin, skinned
 from retarget.cli import main
 
 KICK = skeletons.kick(seconds=2.0, fps=30.0)
@@ -64,10 +66,21 @@ def test_a_picture_of_the_pose_shows_it(clip, tmp_path):
         (["--drag", "Head inf 1 0"], "must be dragged to a place"),
         (["--pin", "Head", "--drag", "Head 0 1 0"], "is pinned and cannot be dragged"),
         (["--frame", "999"], "a frame to pose must be 0 to 59"),
-        (["-o", "pose.obj"], "is written as .bvh or .png"),
+        (["-o", "pose.obj"], "is written as .bvh, .glb or .png"),
     ],
 )
 def test_what_cannot_be_posed_is_refused_and_nothing_is_written(clip, asked, said, capsys):
     assert main(["mocap", "pose", str(clip), *asked]) == 2
     assert said in capsys.readouterr().err
     assert [path.name for path in clip.parent.iterdir()] == ["kick.bvh"]
+
+
+def test_a_pose_in_a_3d_file_stands_as_it_was_posed(clip, tmp_path):
+    asked = ["--drag", "RightHand -0.4 1.8 0.5", "--pin", "LeftFoot"]
+    for name in ("pose.glb", "pose.bvh"):
+        assert main(["mocap", "pose", str(clip), *asked, "-o", str(tmp_path / name)]) == 0
+    skin, model = read_skin(tmp_path / "pose.glb"), read_model(tmp_path / "pose.glb")
+    points = skinned(skin, model.points, Pose(*(part[None] for part in vars(skin.rest).values())))[0]
+    joints = upright(read_bvh(tmp_path / "pose.bvh")).positions()[0]
+    away = np.linalg.norm(points[:, None] - joints[None], axis=-1).min(axis=0)
+    assert away.max() < 0.15  # metres: every joint is inside the figure, near its surface

@@ -14,6 +14,9 @@ from retarget.characters.models.model import Model
 
 BUILT_IN = ("human", "flower", "lamp")
 
+TALL = 1.0
+"""Metres: a drawing does not tell how tall what it shows is."""
+
 
 @dataclass(frozen=True, eq=False)
 class Dancer:
@@ -25,6 +28,13 @@ class Dancer:
     skin: Skin | None = None
     unit: float = 1.0  # metres that a unit of the model is
     notes: tuple[str, ...] = ()
+    drawing: Path | None = None  # that it is drawn as
+
+    def places(self) -> NDArray:
+        """Where its joints are at rest (J, 3)."""
+        from mocap.posing.postures import posed
+
+        return posed(self.skeleton, np.zeros((1, len(self.skeleton), 3)), 1.0, self.rest).positions()[0]
 
     def body(self, motion: SkeletonMotion) -> tuple[Model, Skin, SkeletonMotion]:
         """The dancer's own model and skin, or one of hoses or rods, and a dance in their unit."""
@@ -38,7 +48,7 @@ class Dancer:
 
 
 def read_dancer(name: str) -> Dancer:
-    """The dancer of a *.bvh, *.glb or *.gltf file, or a built-in one by its name."""
+    """The dancer of a *.bvh, *.glb or *.gltf file, a drawing with marked joints, or a built-in one by its name."""
     suffix = Path(name).suffix.lower()
     if name in BUILT_IN:
         return _built_in(name)
@@ -46,7 +56,12 @@ def read_dancer(name: str) -> Dancer:
         return _of_bvh(name)
     if suffix in (".glb", ".gltf"):
         return _of_model(name)
-    raise InputError(f"a dancer must be a .bvh, .glb or .gltf file, or one of {', '.join(BUILT_IN)}; got {name!r}")
+    if suffix in (".svg", ".toml", ".yaml", ".yml") or Path(name).is_dir():
+        return _of_drawing(name)
+    raise InputError(
+        f"a dancer must be a .bvh, .glb or .gltf file, a drawing with marked joints, or one of {', '.join(BUILT_IN)}; "
+        f"got {name!r}"
+    )
 
 
 def _built_in(name: str) -> Dancer:
@@ -65,10 +80,16 @@ def _of_bvh(name: str) -> Dancer:
     from mocap.skeletons.bvh import read_bvh
     from mocap.skeletons.units import upright
 
-    motion = upright(read_bvh(name))
-    if kind_of(motion.skeleton) == "plant":
-        return Dancer(*rested(motion), notes=motion.notes)
-    return Dancer(motion.skeleton, standing(motion.skeleton), notes=motion.notes)
+    read = read_bvh(name)
+    motion = upright(read)
+    if kind_of(motion.skeleton) != "plant":
+        return Dancer(motion.skeleton, standing(motion.skeleton), notes=motion.notes)
+    skeleton, rest = rested(motion)
+    if kind_of(skeleton, rest) == "plant":  # which way is up is told of bodies only, and how large they are
+        skeleton, rest = rested(read)
+        size = float(np.ptp(read.positions()[0], axis=0).max())
+        skeleton = replace(skeleton, offsets=skeleton.offsets * (TALL / size if size > 0 else 1.0))
+    return Dancer(skeleton, rest, notes=motion.notes if kind_of(skeleton, rest) != "plant" else read.notes)
 
 
 def _of_model(name: str) -> Dancer:
@@ -89,3 +110,19 @@ def _of_model(name: str) -> Dancer:
     lies = kind_of(skeleton) == "plant" and kind_of(skeleton, at_rest.rotation[0]) != "plant"
     rest = standing(skeleton, at_rest.rotation[0] if lies else None)
     return Dancer(skeleton, rest, read_model(name), skin, unit)
+
+
+def _of_drawing(name: str) -> Dancer:
+    """Its joints as they are marked, flat, its root on the floor at the origin and all of it a metre tall."""
+    from mocap.posing.starting import standing
+    from retarget.characters.markfiles import read_marked
+
+    marks = read_marked(name).marks
+    tall = float(np.ptp(marks.places, axis=0).max())
+    if not tall > 0:
+        raise InputError(f"{name} must have its joints marked at different places, all are at one: move them apart")
+    flat = marks.skeleton()
+    offsets = flat.offsets * TALL / tall
+    offsets[0] = 0
+    skeleton = replace(flat, offsets=offsets)
+    return Dancer(skeleton, standing(skeleton), drawing=Path(name))
