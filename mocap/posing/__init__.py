@@ -1,6 +1,7 @@
 """Posing and dancing (Chen et al. 2004).
 
 Read `poses` and `springs` with its `ties`, `stars`, `sweeps`, `twists`, `limits` and `machine` (a joint is
-dragged), and `session`; `postures`, `starting`, `rest`, `standing` (poses with names); `elastic`, `modes` and
-`wind` (what moves between them); `beats`, `arrive`, `mirror`, `choreography`, `invent` and `dance` (on the beat).
+dragged), `session` and `playing`; `postures`, `starting`, `rest`, `standing` (poses with names); `elastic`, `modes`
+and `wind` (what moves between them); `beats`, `arrive`, `mirror`, `choreography`, `invent` and `dance` (on the
+beat).
 """

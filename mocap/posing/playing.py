@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap import rotations
 from mocap.posing import elastic, poses, postures
 from mocap.posing.elastic import Elastic
 from mocap.posing.poses import Pose
-from mocap.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons import rotations
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
 
 
 @dataclass(frozen=True, eq=False)

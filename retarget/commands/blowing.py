@@ -64,7 +64,7 @@ def wind(
 
     from capture.errors import InputError
     from mocap.posing.wind import Wind, sway
-    from retarget.characters.dancer import read_dancer
+    from retarget.characters.figures.dancer import read_dancer
     from retarget.commands.onward import write_performed
 
     if not 16 <= size <= 8192:

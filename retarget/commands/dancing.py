@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from mocap.posing.beats import Beats
     from mocap.posing.choreography import Dance
     from mocap.posing.postures import Pool
-    from retarget.characters.dancer import Dancer
+    from retarget.characters.figures.dancer import Dancer
 
 
 def dance(

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mocap.posing.beats import Beats
-    from mocap.skeleton import SkeletonMotion
-    from retarget.characters.dancer import Dancer
+    from mocap.skeletons.skeleton import SkeletonMotion
+    from retarget.characters.figures.dancer import Dancer
 
 
 def write_performed(
@@ -25,9 +25,9 @@ def write_performed(
 ) -> None:
     """The motion as what the name of `out` asks for: of a drawing if there is one, else of the dancer itself."""
     from capture.errors import InputError
-    from mocap.bvh import write_bvh
     from mocap.rubber import rubber
-    from retarget.characters.rubber_skin import rubber_skin
+    from mocap.skeletons.bvh import write_bvh
+    from retarget.characters.figures.rubber_skin import rubber_skin
     from retarget.export import formats
     from retarget.export.rubber import write_rubber
 
@@ -56,7 +56,7 @@ def _pictures(motion: "SkeletonMotion", dancer: "Dancer", size: int) -> "Iterato
 
     from mocap import sticks
     from mocap.rubber import rubber
-    from retarget.characters.rubber_skin import posed, rubber_skin
+    from retarget.characters.figures.rubber_skin import posed, rubber_skin
     from retarget.stage import draw2d
     from retarget.stage.play import play_mesh
 
@@ -75,10 +75,10 @@ def _drawn(
     motion: "SkeletonMotion", drawing: Path, out: Path, size: int, sound: "tuple[Path | None, Beats] | None"
 ) -> None:
     """The motion by a drawing with marked joints (`mocap play` does it with rubber)."""
-    from mocap.bones import cast_marks
+    from mocap.onto.bones import cast_marks
+    from mocap.onto.to_tracks import to_tracks
     from mocap.rubber import rubber
-    from mocap.to_tracks import to_tracks
-    from retarget.characters.markfiles import read_marked
+    from retarget.characters.bodies.markfiles import read_marked
     from retarget.export import formats
     from retarget.stage import draw2d
     from retarget.stage.play import play

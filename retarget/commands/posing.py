@@ -54,8 +54,9 @@ def pose(
 
     from capture.errors import InputError
     from mocap.posing import limits, poses, session
-    from mocap.units import upright
-    from retarget.characters.dancer import Dancer
+    from mocap.skeletons.bvh import read_bvh, write_bvh
+    from mocap.skeletons.units import upright
+    from retarget.characters.figures.dancer import Dancer
 
     out = out or Path(stem(clip) + ".pose.bvh")
     if out.suffix.lower() not in (".bvh", ".glb", ".png"):

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from capture.errors import InputError
-from mocap import skeleton
+from mocap.skeletons import skeleton
 
 
 def test_a_childs_place_is_its_parents_map_of_its_own():

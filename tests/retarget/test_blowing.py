@@ -9,13 +9,13 @@ from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_picture
 from fixtures.write import CHARACTERS
 from mocap import sticks
-from mocap.body import find_body
-from mocap.bvh import read_bvh
+from mocap.bodies.body import find_body
 from mocap.posing.postures import posed, turns_of
 from mocap.posing.standing import stood
 from mocap.posing.starting import starting_pool
+from mocap.skeletons.bvh import read_bvh
 from retarget import cli
-from retarget.characters.dancer import read_dancer
+from retarget.characters.figures.dancer import read_dancer
 
 FLOWER = CHARACTERS / "flower.marks.toml"
 SHEETS = Path(__file__).resolve().parents[2] / "out" / "posing"

@@ -5,11 +5,11 @@ import pytest
 from PIL import Image
 
 from fixtures import skeletons
-from mocap.bvh import read_bvh, write_bvh
-from mocap.skeleton import Skeleton, SkeletonMotion
-from mocap.units import upright
-from retarget.characters.meshfiles import read_model
-from retarget.characters.skin import Pose, read_skin, skinned
+from mocap.skeletons.bvh import read_bvh, write_bvh
+from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
+from mocap.skeletons.units import upright
+from retarget.characters.figures.skin import Pose, read_skin, skinned
+from retarget.characters.models.meshfiles import read_model
 from retarget.cli import main
 
 KICK = skeletons.kick(seconds=2.0, fps=30.0)

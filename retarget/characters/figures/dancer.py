@@ -115,7 +115,7 @@ def _of_model(name: str) -> Dancer:
 def _of_drawing(name: str) -> Dancer:
     """Its joints as they are marked, flat, its root on the floor at the origin and all of it a metre tall."""
     from mocap.posing.starting import standing
-    from retarget.characters.markfiles import read_marked
+    from retarget.characters.bodies.markfiles import read_marked
 
     marks = read_marked(name).marks
     tall = float(np.ptp(marks.places, axis=0).max())
