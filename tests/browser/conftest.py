@@ -2,6 +2,7 @@
 
 import base64
 import json
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -158,3 +159,13 @@ def _image(url):
 
     png = np.frombuffer(base64.b64decode(url.split(",")[1]), np.uint8)
     return cv2.cvtColor(cv2.imdecode(png, cv2.IMREAD_UNCHANGED)[..., :3], cv2.COLOR_BGR2RGB)
+
+
+@pytest.fixture
+def slow():
+    """How much slower than it should be this machine may be: 1 when it is idle, more while other work runs on it.
+
+    Tests that run side by side share it with a browser's own processes; `make bench` measures alone.
+    """
+    busy = os.getloadavg()[0] / len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+    return max(1.0, busy) * (2 if "PYTEST_XDIST_WORKER" in os.environ else 1)

@@ -101,12 +101,12 @@ def test_a_joint_is_dragged_the_pose_follows_a_pinned_foot_stays_and_undo_brings
     assert bench.evaluate("tooncap.state.posing.pinned.length") == 1
 
 
-def test_a_drag_is_drawn_within_a_thirtieth_of_a_second(bench):
+def test_a_drag_is_drawn_within_a_thirtieth_of_a_second(bench, slow):
     dragged(bench, "RightHand", -10, -10)  # the springs' machine code is made when they are first needed
     bench.wait_for_timeout(500)
     wait(bench, "tooncap.undo === 'drag a joint'", seconds=60)
     taken = min((bench.evaluate(DRAG, "LeftHand") for _ in range(2)), key=np.median)
-    assert np.median(taken) <= 33
+    assert np.median(taken) <= 33 * slow
 
 
 def test_a_posture_is_mixed_kept_put_on_a_beat_and_danced(bench):

@@ -147,14 +147,14 @@ def test_a_drawing_from_elsewhere_is_loaded_into_the_folder(bench, tmp_path):
     assert (bench.folder / "pumpkin.svg").read_bytes() == other.read_bytes()
 
 
-def test_scrubbing_a_performance_that_nobody_has_seen_yet_goes_at_24_frames_a_second(bench):
+def test_scrubbing_a_performance_that_nobody_has_seen_yet_goes_at_24_frames_a_second(bench, slow):
     played(bench)
     rates = []
     for height in (0.9, 1.1):  # another performance each time: no frame of it is drawn yet
         bench.evaluate(f"tooncap.act('stage.stand', {{ who: 'frog', height: {height} }})")
         go(bench, 0)
         rates.append(bench.evaluate(SCRUB, 70))
-    assert max(rates) >= 24
+    assert max(rates) >= 24 / slow
 
 
 def test_what_was_done_is_there_again_after_a_reload(bench):
