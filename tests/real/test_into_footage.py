@@ -12,7 +12,7 @@ from capture.pictures import overlay
 from capture.pictures.encode import write_clip, write_picture
 from capture.pictures.shot import KeyDrawing, Part, Shot
 from retarget.characters.casts import cast as casting
-from retarget.characters.casts import castfile
+from retarget.characters.casts.castlist import Cast, CastPart
 from retarget.stage import composite, plate
 from retarget.stage.perform import perform
 
@@ -77,8 +77,8 @@ def test_a_photographed_cup_takes_the_stacks_place(data: Path, sheets: Path, tmp
     shot = Shot(str(data / "clips" / "steamboat_willie" / "steamboat_willie.mp4"), (stack,), 33, 81)
     clip = video.open_clip(shot)
     motion = video.capture(shot, clip)
-    part = castfile.CastPart("stack", drawing=str(tmp_path / "coffee.png"), box=(70, 10, 420, 380))
-    performance = perform(motion, casting.targets(castfile.Cast((part,)), motion))
+    part = CastPart("stack", drawing=str(tmp_path / "coffee.png"), box=(70, 10, 420, 380))
+    performance = perform(motion, casting.targets(Cast((part,)), motion))
     blend = composite.Blend(soften=0.8, match=0.6)
     clean = plate.without(shot, motion, ("stack",), clip)
     made = list(plate.into(performance, shot, motion, clip, blend=blend))
