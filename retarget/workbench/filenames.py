@@ -1,4 +1,4 @@
-"""Names of files that come from a page: plain ones, which mean the same file on every system, and lie in no other folder."""
+"""Names of files as a page gives them: plain ones, which mean the same on every system and lie in no other folder."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,9 @@ from pathlib import Path
 from capture.errors import InputError
 
 LONGEST = 200  # bytes: with what is put before and after it a name still fits any file system
-DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d|conin\$|conout\$)", re.IGNORECASE)  # files of Windows in every folder
+DEVICE = re.compile(
+    r"(con|prn|aux|nul|com\d|lpt\d|conin\$|conout\$)", re.IGNORECASE
+)  # files of Windows in every folder
 NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f<>:"/\\|?*\u202a-\u202e\u2066-\u2069]')  # the last turn the reading round
 
 
@@ -16,7 +18,7 @@ def plain(name: str) -> str:
     bad = NOT_IN_NAMES.search(name) or name != name.strip(" .") or not bare or DEVICE.fullmatch(bare)
     if bad or len(name.encode(errors="replace")) > LONGEST:
         raise InputError(
-            f"a file to load must be plainly named, in at most {LONGEST} letters and none of /\\:*?\"<>|, "
+            f'a file to load must be plainly named, in at most {LONGEST} letters and none of /\\:*?"<>|, '
             f"got {name[:80]!r}: rename it"
         )
     return name
