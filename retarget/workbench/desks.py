@@ -59,7 +59,9 @@ def arguments(function: Callable[..., Any], fields: Mapping[str, Any]) -> dict[s
     try:
         msgspec.json.encode(dict(fields))  # half of a sign, as a notebook's channel lets through, is in no file's name
     except (UnicodeEncodeError, TypeError, RecursionError):
-        raise InputError(f"{function.__name__}: a message must hold plain text and numbers, this one does not") from None
+        raise InputError(
+            f"{function.__name__}: a message must hold plain text and numbers, this one does not"
+        ) from None
     try:
         given = msgspec.convert(dict(fields), expected)
     except msgspec.ValidationError as error:

@@ -227,7 +227,10 @@ def _refused(error: Exception) -> Event:
         return {"kind": "refused", "sentence": " ".join(str(error).split())}
     if isinstance(error, OSError) and error.strerror:
         of = f" ({Path(str(error.filename)).name[:60]})" if error.filename else ""
-        return {"kind": "refused", "sentence": f"the files must let themselves be read and written: {error.strerror}{of}"}
+        return {
+            "kind": "refused",
+            "sentence": f"the files must let themselves be read and written: {error.strerror}{of}",
+        }
     traceback.print_exception(error)
     return {"kind": "refused", "sentence": f"this went wrong, and is a fault of tooncap: {error!r}"}
 
