@@ -24,7 +24,7 @@ function render({ model, el }) {
   const redo = button("Redo", "Ctrl+Shift+Z", () => bench.act("redo"));
   const files = button("Open…", "", () => bench.act("folder.close"));
   const work = make("div.work", { hidden: true });
-  const bar = make("header.bar", {}, make("strong", {}, "tooncap"), files, opened, tabs, make("div.space"), work, undo, redo);
+  const bar = make("header.bar", {}, make("h1.brand", {}, "tooncap"), files, opened, tabs, make("div.space"), work, undo, redo);
   const said = make("div.said", { role: "status", "aria-live": "polite", hidden: true });
   const room = make("main.room");
   const start = make("section.start");
