@@ -21,7 +21,9 @@ def box(frames: list[NDArray], here: NDArray) -> tuple[float, float, float, floa
     height, width = here.shape[:2]
     zoom = min(1.0, WIDE / width)
     size = max(1, round(width * zoom)), max(1, round(height * zoom))
-    small = [cv2.GaussianBlur(cv2.resize(one[..., :3], size, interpolation=cv2.INTER_AREA), (3, 3), 0) for one in frames]
+    small = [
+        cv2.GaussianBlur(cv2.resize(one[..., :3], size, interpolation=cv2.INTER_AREA), (3, 3), 0) for one in frames
+    ]
     now = cv2.GaussianBlur(cv2.resize(here[..., :3], size, interpolation=cv2.INTER_AREA), (3, 3), 0).astype(int)
     if not small:
         return None

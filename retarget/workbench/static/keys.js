@@ -16,6 +16,7 @@ export function press(table, event) {
 // Whether what has the focus wants a key for itself: a button its Space and Enter, a slider its arrows.
 export function ownKey(event) {
   const on = event.target;
-  if (event.key === " " || event.key === "Enter") return Boolean(on.matches?.("button, input, summary, a"));
+  if (event.key === "Enter") return Boolean(on.matches?.("button, summary, a"));
+  if (event.key === " ") return Boolean(on.matches?.("button, summary, input"));
   return Boolean(on.matches?.("input") && /^(Arrow|Home|End|Page)/.test(event.key));
 }

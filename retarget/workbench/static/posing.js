@@ -1,6 +1,7 @@
 // The posing desk: joints dragged on springs, postures mixed, kept and put on beats; a clip beside it made rubber.
 import { makeBeats } from "./beats.js";
 import { button, fill, icon, iconButton, make, slider } from "./dom.js";
+import { key, ownKey, press } from "./keys.js";
 import { makeSticks, placesAt } from "./sticks.js";
 
 export const title = "Pose";
@@ -379,23 +380,24 @@ export function mount(el, bench) {
   }
 
   choose("pose");
+
+  const step = (event) => (event.shiftKey ? 10 : 1);
+  const keys = [
+    key(" ", "Play and stop", toggle),
+    key("ArrowLeft", "A frame back; with Shift ten", (event) => go(desk.frame - step(event))),
+    key("ArrowRight", "A frame on; with Shift ten", (event) => go(desk.frame + step(event))),
+    key("Home", "The beginning", () => go(0)),
+    key("End", "The end", () => go(1e9)),
+    key("1-9", `${Object.values(MODES).join(", ")}`, (event) => (Object.keys(MODES)[event.key - 1] ? choose(Object.keys(MODES)[event.key - 1]) : false), "1–3"),
+    key("p", "Pin the joint, or let it go", () => pin(desk.hover)),
+    key("0", "All of the figure", () => sticks.fit(desk.played ? figuresAt(desk.frame).flatMap(({ places }) => places) : now().pose ?? [])),
+  ];
+
   return {
     changed,
     shown: () => (changed(), desk.playing && requestAnimationFrame(tick), now().pose && sticks.fit(now().pose)),
     hidden: () => (desk.playing = false),
-    key(event) {
-      if (event.target.matches?.("button, input") && (event.key === " " || event.key === "Enter")) return false;
-      if (event.target.matches?.("input") && /^(Arrow|Home|End|Page)/.test(event.key)) return false; // a slider's own
-      if (event.key === " ") toggle();
-      else if (event.key === "ArrowLeft") go(desk.frame - (event.shiftKey ? 10 : 1));
-      else if (event.key === "ArrowRight") go(desk.frame + (event.shiftKey ? 10 : 1));
-      else if (event.key === "Home") go(0);
-      else if (event.key === "End") go(1e9);
-      else if (event.key === "0") sticks.fit(desk.played ? figuresAt(desk.frame).flatMap(({ places }) => places) : now().pose ?? []);
-      else if (event.key === "p") pin(desk.hover);
-      else if (/^[1-3]$/.test(event.key)) choose(Object.keys(MODES)[event.key - 1]);
-      else return false;
-      return true;
-    },
+    keys,
+    key: (event) => !ownKey(event) && press(keys, event),
   };
 }

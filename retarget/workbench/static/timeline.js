@@ -1,5 +1,6 @@
 // Time: buttons to play, and a strip with the misfit of every frame, the worst marked, and the keys.
 import { fill, icon, iconButton, make } from "./dom.js";
+import { key } from "./keys.js";
 
 const [LEFT, RIGHT, TOP, KEYS] = [52, 16, 8, 36]; // pixels round the curves; below them the keys' row, and the numbers
 
@@ -157,15 +158,13 @@ export function makeTimeline(el, { went, keyChosen }) {
   strip.time = time; // for tests
   new ResizeObserver(time.draw).observe(strip);
 
-  time.key = (event) => {
-    const step = event.shiftKey ? 10 : 1;
-    if (event.key === " ") time.toggle();
-    else if (event.key === "ArrowLeft") time.go(time.frame - step);
-    else if (event.key === "ArrowRight") time.go(time.frame + step);
-    else if (event.key === "Home") time.go(time.first);
-    else if (event.key === "End") time.go(time.last);
-    else return false;
-    return true;
-  };
+  const step = (event) => (event.shiftKey ? 10 : 1);
+  time.keys = [
+    key(" ", "Play and stop", time.toggle),
+    key("ArrowLeft", "A frame back; with Shift ten", (event) => time.go(time.frame - step(event))),
+    key("ArrowRight", "A frame on; with Shift ten", (event) => time.go(time.frame + step(event))),
+    key("Home", "The first frame", () => time.go(time.first)),
+    key("End", "The last frame", () => time.go(time.last)),
+  ];
   return time;
 }

@@ -25,7 +25,9 @@ def test_a_session_is_asked_for_the_box(hop, session):
     (seen,) = session.act({"look": "capture.moving", "frame": 9})
     x, y, w, h = json.loads(seen["data"])
     points = hop.drawn_at(9)
-    assert (np.array([x, y]) < points.min(axis=0) + 2).all() and (np.array([x + w, y + h]) > points.max(axis=0) - 2).all()
+    assert (np.array([x, y]) < points.min(axis=0) + 2).all() and (
+        np.array([x + w, y + h]) > points.max(axis=0) - 2
+    ).all()
     assert w * h < 2 * np.prod(np.ptp(points, axis=0))
 
 
