@@ -21,6 +21,13 @@ def test_the_box_holds_the_cartoon_and_little_else(toon, t):
     assert w * h < 2.5 * np.prod(high - low)
 
 
+def test_where_it_is_going_to_stand_is_not_where_it_is():
+    toon = hat.hat()
+    x, y, w, h = moving.box([toon.frame(t) for t in (2, 4, 6, 8, 10, 14, 18)], toon.frame(0))
+    low, high = toon.parts[0].points[0].min(axis=0), toon.parts[0].points[0].max(axis=0)
+    assert w * h < 2 * np.prod(high - low) and (np.array([x, y]) < low + 5).all()
+
+
 def test_a_session_is_asked_for_the_box(hop, session):
     (seen,) = session.act({"look": "capture.moving", "frame": 9})
     x, y, w, h = json.loads(seen["data"])
