@@ -12,6 +12,7 @@ LOOKED_AT = 13  # frames of the clip
 WIDE = 320  # pixels across: a box needs no more
 DIFFERS = 24  # of 255, in the channel that differs most
 SOME = 0.15  # of the frames must differ at a place that moves
+MOST = 0.9  # of the picture: what fills more stands out from nothing
 COMMON = 0.004  # of what stays: colours that fill more of it than this are the ground's
 MARGIN = 0.06  # of the box, for its rim
 
@@ -37,6 +38,8 @@ def box(frames: list[NDArray], here: NDArray) -> tuple[float, float, float, floa
         return None
     near = parts[parts[:, cv2.CC_STAT_AREA] >= parts[:, cv2.CC_STAT_AREA].max() / 5]
     low, high = near[:, :2].min(axis=0), (near[:, :2] + near[:, 2:4]).max(axis=0)
+    if np.prod(high - low) > MOST * mask.size:
+        return None  # a cut, or a camera that moves
     rim = np.maximum(MARGIN * (high - low), 2)
     low, high = np.maximum(low - rim, 0) / zoom, np.minimum((high + rim) / zoom, (width, height))
     x, y, w, h = (round(float(v), 1) for v in (*low, *(high - low)))

@@ -1,5 +1,5 @@
 // The capture desk: tell the parts, choose and correct their keys, capture, and look where it is worst.
-import { PART_COLORS, button, fill, make, slider } from "./dom.js";
+import { PART_COLORS, button, fill, make, place, slider } from "./dom.js";
 import { makeFrames } from "./frames.js";
 import { key, ownKey, press } from "./keys.js";
 import { makeTimeline } from "./timeline.js";
@@ -17,6 +17,7 @@ export function mount(el, bench) {
   const rail = make("div.rail", { role: "toolbar", "aria-label": "Tools" });
   el.append(rail, stage, side, below);
   const view = makeView(picture);
+  place(view.canvas, "The clip");
   const frames = makeFrames(bench);
   const desk = { part: "", point: -1, reach: 24, residual: 1, most: 8, moved: null, matte: null, showsMatte: true };
   const captured = new Map(); // part -> {number, shape, points}
@@ -45,6 +46,7 @@ export function mount(el, bench) {
     if (!now().clip) return;
     const bitmap = frames.want(time.frame);
     if (bitmap) [view.picture, view.frame] = [bitmap, time.frame];
+    place(view.canvas, `The clip, frame ${time.frame}`);
     view.draw();
     explain();
     paintKeys();
@@ -141,6 +143,7 @@ export function mount(el, bench) {
   // Words.
 
   function explain() {
+    if (!now().clip) return;
     const one = part();
     const motion = now().motion;
     let text = "";
@@ -166,7 +169,7 @@ export function mount(el, bench) {
   let inPanel = "";
   function panel() {
     const one = part();
-    if (!one) return fill(side);
+    if (!one) return;
     const motion = now().motion;
     const names = parts().map(({ name, parent, order, keys }) => [name, parent, order, keys.map((key) => [key.name, key.frame, key.outline.length > 0])]);
     const seen = JSON.stringify([desk.part, names, parts().map((other) => Boolean(isTold(other))), motion?.number, now().stale, bench.running, now().clip]);
@@ -237,7 +240,7 @@ export function mount(el, bench) {
 
   function changed() {
     const { clip, motion } = now();
-    if (!clip) return;
+    if (!clip) return nothing();
     frames.of({ ...clip, open: bench.state.folder.at.open });
     view.resize(clip.width, clip.height);
     Object.assign(time, { first: clip.start, last: clip.stop - 1, fps: clip.fps });
@@ -254,6 +257,15 @@ export function mount(el, bench) {
     show();
     fetchCaptured();
     matteSoon();
+  }
+
+  // There is nothing to capture from: what to do then.
+  function nothing() {
+    [view.picture, inPanel] = [null, ""];
+    hint.textContent = now().motion ? "Only the captured motion is open here, its clip is not." : "There is no clip open: open one to capture from.";
+    fill(side, make("h2", {}, "Parts"), make("div.row", {}, button("Open a clip", "", () => bench.act("folder.close"), "primary")),
+      now().motion && make("div.row", {}, button("To the stage", "", () => bench.show("stage"))));
+    view.draw();
   }
 
   for (const kind of ["progress", "ended"]) bench.on(kind, () => (panel(), explain()));

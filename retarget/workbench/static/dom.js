@@ -64,6 +64,14 @@ export function iconButton(name, text, act) {
   return make("button.icon", { type: "button", title: text, "aria-label": text, onclick: act }, icon(name));
 }
 
+// A canvas that is worked on: its name for who does not see it, and all keys are for it.
+export function place(canvas, name) {
+  canvas.setAttribute("role", "application");
+  canvas.setAttribute("aria-label", name);
+}
+
+export const calm = () => matchMedia("(prefers-reduced-motion: reduce)").matches; // nothing is to move by itself
+
 // A labelled slider; `changed(value, done)`.
 export function slider(text, { min, max, step, value }, changed) {
   const shown = make("output", {}, String(value));

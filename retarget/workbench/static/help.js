@@ -5,7 +5,7 @@ import { spoken } from "./keys.js";
 export function makeHelp(root) {
   const list = make("div.lists");
   const close = make("button", { type: "button", onclick: () => dialog.close() }, "Close (Esc)");
-  const dialog = make("dialog.help", { "aria-label": "Keys" }, make("h2", {}, "Keys"), list, make("div.row", {}, close));
+  const dialog = make("dialog.help", { "aria-label": "Keys" }, make("header", {}, make("h2", {}, "Keys"), close), list);
   let before = null; // what had the focus
   dialog.onclose = () => before?.focus?.();
   dialog.addEventListener("keydown", (event) => event.stopPropagation()); // keys are for nobody behind it

@@ -1,6 +1,6 @@
 // The posing desk: joints dragged on springs, postures mixed, kept and put on beats; a clip beside it made rubber.
 import { makeBeats } from "./beats.js";
-import { button, fill, icon, iconButton, make, slider } from "./dom.js";
+import { button, calm, fill, icon, iconButton, make, place, slider } from "./dom.js";
 import { key, ownKey, press } from "./keys.js";
 import { makeSticks, placesAt } from "./sticks.js";
 
@@ -33,6 +33,7 @@ export function mount(el, bench) {
   const rail = make("div.rail", { role: "toolbar", "aria-label": "What is done" });
   el.append(rail, make("div.stage", {}, hint, picture), side, below);
   const sticks = makeSticks(picture);
+  place(sticks.canvas, "The figure");
   const desk = { mode: "pose", hover: -1, drag: null, sliders: {}, played: null, clip: null, problem: "", frame: 0, playing: false, began: [0, 0], open: "", posture: "", seed: 0 };
   for (const [name, [, { value }]] of Object.entries({ ...DANCE, ...RUBBER })) desk.sliders[name] = value;
 
@@ -63,7 +64,8 @@ export function mount(el, bench) {
   function choose(name) {
     desk.mode = name;
     desk.played = null;
-    desk.playing = name !== "pose";
+    desk.playing = name !== "pose" && !calm();
+    desk.problem = "";
     desk.frame = 0;
     desk.began = [performance.now(), 0];
     for (const [other, element] of Object.entries(modes)) element.setAttribute("aria-pressed", String(other === name));

@@ -1,5 +1,5 @@
 // The stage desk: who plays the captured motion, how they stand, what is behind them; seen live, and exported.
-import { button, fill, make, slider } from "./dom.js";
+import { button, fill, make, place, slider } from "./dom.js";
 import { makeFrames } from "./frames.js";
 import { key, ownKey, press } from "./keys.js";
 import { makeRedraw } from "./redraw.js";
@@ -24,6 +24,7 @@ export function mount(el, bench) {
   const stage = make("div.stage", {}, hint, picture);
   el.append(rail, stage, side, below);
   const view = makeView(picture);
+  place(view.canvas, "The stage");
   const frames = makeFrames(bench, "stage.frame");
   const time = makeTimeline(below, { went: show, keyChosen: ({ frame }) => time.go(frame) });
   const desk = { tool: "look", chosen: new Set(), kind: ".mp4", told: null, toldOf: 0, line: null, drag: null, turn: 0, tilt: 0, problem: "", result: "" };
@@ -204,7 +205,9 @@ export function mount(el, bench) {
 
   function panel() {
     const { motion, cast, drawings = [], formats = {} } = now();
-    if (!motion) return fill(side, make("h2", {}, "Who plays"), make("p.none", {}, "First a motion must be captured."));
+    if (!motion) return fill(side, make("h2", {}, "Who plays"), make("p.none", {}, "First a motion must be captured."),
+      make("div.row", {}, bench.state.capture?.clip && button("To the capture desk", "", () => bench.show("capture"), "primary")),
+      make("div.row", {}, button("Open something else", "", () => bench.act("folder.close"), bench.state.capture?.clip ? "" : "primary")));
     const asked = make("input", { type: "file", multiple: true, hidden: true, accept: ".svg,.png,.jpg,.jpeg,.webp,.glb,.gltf,.bin,.obj,.ply" });
     asked.onchange = () => upload([...asked.files]);
     const busy = Boolean(bench.running);

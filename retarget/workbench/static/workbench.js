@@ -47,15 +47,29 @@ function render({ model, el }) {
   function choose(name) {
     if (desks[current]) desks[current].desk.hidden?.();
     current = name;
+    const held = focused();
     for (const [other, { tab, place }] of Object.entries(desks)) {
       place.hidden = other !== name || !isOpen();
       tab.setAttribute("aria-selected", String(other === name));
     }
     if (isOpen()) desks[name].desk.shown?.();
+    settle(held);
+  }
+
+  // What had the focus may be hidden now, or have nothing more to do: then it goes to where the work goes on.
+  const focused = () => [root.getRootNode().activeElement].find((one) => root.contains(one));
+  function settle(held) {
+    const now = focused();
+    if (!held || (now?.checkVisibility() && !now.disabled)) return;
+    const next = held === undo ? redo : held === redo ? undo : null;
+    if (next && !next.disabled && next.checkVisibility()) next.focus();
+    else (isOpen() ? desks[current].place.querySelector("canvas.view") : start.querySelector("button:enabled"))?.focus({ preventScroll: true });
   }
 
   // Where there is no clip there is nothing to capture: a figure is posed, a motion is lent to others.
   const firstDesk = () => (bench.state.posing.figure ? "posing" : bench.state.stage.motion && !bench.state.capture.clip ? "stage" : "capture");
+  bench.show = choose; // for what a desk cannot do itself, such as to capture
+
   const isOpen = () => Boolean(bench.state.folder?.at?.open);
 
   let timer = 0;
@@ -85,6 +99,7 @@ function render({ model, el }) {
   });
   bench.on("state", (changed) => {
     const wasOpen = !start.hidden;
+    const held = focused();
     const at = bench.state.folder.at;
     opened.textContent = at.open;
     document.title = at.open ? `${at.open} · tooncap` : "tooncap";
@@ -98,6 +113,7 @@ function render({ model, el }) {
     panel.changed(changed);
     if (!current || wasOpen !== !isOpen()) choose(firstDesk());
     else if (isOpen()) desks[current].desk.changed?.(changed);
+    settle(held);
   });
 
   const beside = (by) => {

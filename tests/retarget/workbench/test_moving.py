@@ -43,3 +43,5 @@ def test_where_nothing_moves_there_is_no_box():
     assert moving.box([still] * 5, still) is None and moving.box([], still) is None
     flicker = [np.full((90, 120, 3), 200 + n, np.uint8) for n in range(9)]
     assert moving.box(flicker, still) is None
+    cut = np.arange(90 * 120 * 3, dtype=np.uint8).reshape(90, 120, 3)
+    assert moving.box([still] * 5, cut) is None
