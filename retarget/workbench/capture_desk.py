@@ -172,6 +172,19 @@ def matte(state: State, part: Name, key: str = "") -> Seen:
     return _matte(replace(_shot(state), parts=(replace(one, parent="", keys=(drawn,)),)))
 
 
+def moving(state: State, frame: Number) -> Seen:
+    """A box round what moves in a frame, as JSON: [x, y, width, height]."""
+    from retarget.workbench import moving
+
+    shot = _shot(state)
+    here, last = pictures.frame(shot, frame), len(pictures.clip_of(shot)) - 1
+    others = sorted({round(t) for t in np.linspace(0, last, moving.LOOKED_AT)} - {frame})
+    found = moving.box([pictures.frame(shot, t) for t in others], here)
+    if found is None:
+        raise InputError("nothing stands out by its moving in this frame: draw a box round the part")
+    return Seen("application/json", msgspec.json.encode(found))
+
+
 @lru_cache(maxsize=16)
 def _matte(shot: Shot) -> Seen:
     """The matte of a shot's one part in its one key."""
@@ -261,7 +274,7 @@ DESK = Desk(
             *(drag_point, fix_frame, remove_key, rename_key),
         )
     },
-    looks={"frame": frame, "matte": matte, "captured": captured},
+    looks={"frame": frame, "matte": matte, "moving": moving, "captured": captured},
     work={
         "suggest": Work(_prepare_suggest, suggest, suggested),
         "capture": Work(_prepare_capture, capture, now_captured),

@@ -4,24 +4,23 @@ from pathlib import Path
 from typing import Any
 
 from capture.errors import InputError
+from retarget.workbench import reach
 from retarget.workbench.desks import Desk, Work
+from retarget.workbench.filenames import inside as inside
 from retarget.workbench.state import CAST, CLIPS, MOTION, SHOT, State, open_file
 
 LISTED = 500
 
 
-def inside(folder: Path, name: str) -> Path:
-    """The path of a name in the folder; one that leads out of it, by dots, links or from the root, is refused."""
-    path = Path("/") if "\0" in name else (folder / name).resolve()
-    if not path.is_relative_to(folder.resolve()):
-        raise InputError(f"only files in {folder} can be opened here, {name[:100]!r} lies outside: move it there")
-    if not path.exists():
-        raise InputError(f"there is no {name[:100]!r} in {folder}: choose a file that is listed")
-    return path
-
-
 def open_(state: State, file: str) -> State:
     """Open a file of the folder."""
+    opened = named(state, file)
+    reach.refuse_outside(opened)
+    return opened
+
+
+def named(state: State, file: str) -> State:
+    """Open a file of the folder, wherever the files that it names in turn may lie."""
     opened = open_file(state, inside(state.folder, file))
     if opened.folder != state.folder.resolve():
         raise InputError(f"{file} lies in a folder of its own: start the workbench there, to work on it")

@@ -19,7 +19,7 @@ from threading import RLock, Timer
 from typing import Any
 
 from capture.errors import InputError
-from retarget.workbench import desks, folder, history, saving, working
+from retarget.workbench import desks, folder, history, reach, saving, working
 from retarget.workbench.desks import Desk
 from retarget.workbench.history import History
 from retarget.workbench.saving import Saved
@@ -45,7 +45,7 @@ class Session:
         self._lock = RLock()
         self._timer: Timer | None = None
         if file:
-            self.history = History(folder.open_(self.state, file))
+            self.history = History(folder.named(self.state, file))  # who starts it chose that file, and what it names
             saving.note(self._saved, self.state)
         self._sent = self._sections()
 
@@ -61,9 +61,18 @@ class Session:
         return lambda: self._listeners.remove(hears) if hears in self._listeners else None
 
     def shown(self) -> Event:
-        """The whole state as an event: what a page gets when it opens."""
+        """The whole state as an event: what a page gets when it opens.
+
+        What cannot be read any more, such as a clip that was moved away, is closed: its documents are on disk.
+        """
         with self._lock:
-            self._sent = self._sections()
+            try:
+                self._sent = self._sections()
+            except InputError as error:
+                self.save()
+                self.history = History(State(self.state.folder))
+                self._sent = self._sections()
+                self._tell({"kind": "told", "sentence": f"closed, for it cannot be read: {error}"})
             return self._state_event(self._sent)
 
     def act(self, message: Any) -> list[Event]:
@@ -121,6 +130,7 @@ class Session:
 
     def _become(self, new: History, later: bool = False) -> list[Event]:
         """Go over to a new history; save it now, or within half a second while a gesture goes on."""
+        sections = self._sections(new.state)  # what cannot be shown is refused before it takes the other's place
         other = new.state.name != self.state.name
         if other:
             self.save()
@@ -134,7 +144,6 @@ class Session:
             self._timer = Timer(SAVED_AFTER, self.save)
             self._timer.daemon = True
             self._timer.start()
-        sections = self._sections()
         changed = {
             desk: {name: value for name, value in inner.items() if self._sent[desk].get(name) != value}
             for desk, inner in sections.items()
@@ -152,6 +161,7 @@ class Session:
         if not named:
             raise InputError("nothing of this work is on disk to be read again: open a file")
         fresh = open_file(self.state, folder.inside(self.state.folder, named[0]))
+        reach.refuse_outside(fresh, reach.outside(self.state))
         saving.note(self._saved, fresh)
         return self._become(history.done(self.history, fresh, "read the files again"))
 
@@ -196,8 +206,8 @@ class Session:
             return {**_refused(error), **answer}
         return {"kind": "seen", "type": seen.kind, **answer, **seen.said, "data": seen.data}
 
-    def _sections(self) -> dict[str, dict[str, Any]]:
-        return {desk.name: desk.shown(self.state) for desk in self.desks}
+    def _sections(self, state: State | None = None) -> dict[str, dict[str, Any]]:
+        return {desk.name: desk.shown(self.state if state is None else state) for desk in self.desks}
 
     def _state_event(self, changed: dict[str, dict[str, Any]]) -> Event:
         steps = {"undo": self.history.past, "redo": self.history.future}
@@ -215,6 +225,12 @@ def _refused(error: Exception) -> Event:
     """An error in a sentence; one that is no fault of the user's is shown in full where the server runs."""
     if isinstance(error, InputError):
         return {"kind": "refused", "sentence": " ".join(str(error).split())}
+    if isinstance(error, OSError) and error.strerror:
+        of = f" ({Path(str(error.filename)).name[:60]})" if error.filename else ""
+        return {
+            "kind": "refused",
+            "sentence": f"the files must let themselves be read and written: {error.strerror}{of}",
+        }
     traceback.print_exception(error)
     return {"kind": "refused", "sentence": f"this went wrong, and is a fault of tooncap: {error!r}"}
 

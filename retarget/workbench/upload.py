@@ -6,6 +6,7 @@ from pathlib import Path
 from capture.errors import InputError
 from retarget.characters.casts.backdrop import STILLS
 from retarget.characters.casts.cast import DRAWINGS
+from retarget.workbench import filenames
 from retarget.workbench.state import CLIPS
 
 LARGEST = 200 * 2**20  # bytes of a file
@@ -17,8 +18,7 @@ def put(folder: Path, name: str, at: int, data: bytes, last: bool) -> Path | Non
 
     It is seen under its name only then, and takes no other's place: of a name that is there the new one is NAME-2.
     """
-    plain = Path(name.replace("\\", "/")).name.lstrip(".")
-    if "\0" in name or plain != name or Path(name).suffix.lower() not in KINDS:
+    if Path(filenames.plain(name)).suffix.lower() not in KINDS:
         raise InputError(f"a file to load must be a drawing, picture, model, clip or BVH, got {name[:80]!r}")
     part = folder / f".{name}.upload"
     there = part.stat().st_size if part.exists() and at else 0

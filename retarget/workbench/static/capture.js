@@ -1,6 +1,7 @@
 // The capture desk: tell the parts, choose and correct their keys, capture, and look where it is worst.
-import { PART_COLORS, button, fill, make, slider } from "./dom.js";
+import { PART_COLORS, button, fill, make, place, slider } from "./dom.js";
 import { makeFrames } from "./frames.js";
+import { key, ownKey, press } from "./keys.js";
 import { makeTimeline } from "./timeline.js";
 import { makeTools } from "./tools.js";
 import { makeView, paintDots, paintLine } from "./view.js";
@@ -16,6 +17,7 @@ export function mount(el, bench) {
   const rail = make("div.rail", { role: "toolbar", "aria-label": "Tools" });
   el.append(rail, stage, side, below);
   const view = makeView(picture);
+  place(view.canvas, "The clip");
   const frames = makeFrames(bench);
   const desk = { part: "", point: -1, reach: 24, residual: 1, most: 8, moved: null, matte: null, showsMatte: true };
   const captured = new Map(); // part -> {number, shape, points}
@@ -36,7 +38,7 @@ export function mount(el, bench) {
   const isTold = (one) => one.keys[0].outline.length || one.box || one.color || one.inside.length;
   const act = (name, fields, options) => bench.act(`capture.${name}`, { part: part()?.name, ...fields }, options);
 
-  const tools = makeTools(rail, view, { bench, desk, act, time, keyHere, part });
+  const tools = makeTools(rail, view, { bench, desk, act, time, keyHere, part, changed: () => explain() });
 
   // Pictures.
 
@@ -44,6 +46,7 @@ export function mount(el, bench) {
     if (!now().clip) return;
     const bitmap = frames.want(time.frame);
     if (bitmap) [view.picture, view.frame] = [bitmap, time.frame];
+    place(view.canvas, `The clip, frame ${time.frame}`);
     view.draw();
     explain();
     paintKeys();
@@ -140,10 +143,12 @@ export function mount(el, bench) {
   // Words.
 
   function explain() {
+    if (!now().clip) return;
     const one = part();
     const motion = now().motion;
     let text = "";
     if (bench.running === "capture.capture") text = "Capturing. You may go on looking; what you change now counts next time.";
+    else if (tools.boxed.open) text = tools.boxed.hint();
     else if (!one || !isTold(one)) text = `Drag a box round ${one ? `the ${one.name}` : "a part"}, in a frame where it is seen whole.`;
     else if (bench.running === "capture.suggest") text = `Following the ${one.name} through the clip, to choose its keys.`;
     else if (!desk.matte && matteOf) text = "Looking which pixels belong to it…";
@@ -164,7 +169,7 @@ export function mount(el, bench) {
   let inPanel = "";
   function panel() {
     const one = part();
-    if (!one) return fill(side);
+    if (!one) return;
     const motion = now().motion;
     const names = parts().map(({ name, parent, order, keys }) => [name, parent, order, keys.map((key) => [key.name, key.frame, key.outline.length > 0])]);
     const seen = JSON.stringify([desk.part, names, parts().map((other) => Boolean(isTold(other))), motion?.number, now().stale, bench.running, now().clip]);
@@ -198,6 +203,7 @@ export function mount(el, bench) {
       make("h2", {}, "Parts"), make("div.parts", {}, ...list),
       make("div.row", {}, name, parts().length > 1 && above, parts().length > 1 && order),
       make("div.row", {}, button("Add a part", "", addPart), parts().length > 1 && button("Remove", "", () => act("remove_part"))),
+      !isTold(one) && make("div.row", {}, button("Box what moves", "", tools.boxed.atOnce, "primary")),
       make("h2", {}, "Keys"),
       keys.length ? make("ol.keys", {}, ...keys) : make("p.none", {}, "None yet."),
       slider("Within (px)", { min: 0.3, max: 5, step: 0.1, value: desk.residual }, (value) => (desk.residual = value)),
@@ -234,7 +240,7 @@ export function mount(el, bench) {
 
   function changed() {
     const { clip, motion } = now();
-    if (!clip) return;
+    if (!clip) return nothing();
     frames.of({ ...clip, open: bench.state.folder.at.open });
     view.resize(clip.width, clip.height);
     Object.assign(time, { first: clip.start, last: clip.stop - 1, fps: clip.fps });
@@ -253,26 +259,36 @@ export function mount(el, bench) {
     matteSoon();
   }
 
+  // There is nothing to capture from: what to do then.
+  function nothing() {
+    [view.picture, inPanel] = [null, ""];
+    hint.textContent = now().motion ? "Only the captured motion is open here, its clip is not." : "There is no clip open: open one to capture from.";
+    fill(side, make("h2", {}, "Parts"), make("div.row", {}, button("Open a clip", "", () => bench.act("folder.close"), "primary")),
+      now().motion && make("div.row", {}, button("To the stage", "", () => bench.show("stage"))));
+    view.draw();
+  }
+
   for (const kind of ["progress", "ended"]) bench.on(kind, () => (panel(), explain()));
+
+  const keyOf = (number) => (part()?.keys.filter(({ outline }) => outline.length) ?? [])[number - 1];
+  const keys = [
+    ...time.keys,
+    key("1-9", "A key of the part", (event) => (keyOf(event.key) ? time.go(keyOf(event.key).frame) : false)),
+    key("k", "Find keys", suggest),
+    key("Enter", "Capture", capture),
+    key("f", "Mend this frame", mendFrame),
+    key("[", "Begin here", () => begin.click()),
+    key("]", "End here", () => end.click()),
+    ...tools.keys,
+    key("m", "Show and hide the pixels taken for the part", () => ((desk.showsMatte = !desk.showsMatte), view.draw())),
+    key("0", "All of the picture", view.fit),
+  ];
 
   return {
     changed,
     shown: () => (view.fit(), changed()),
     hidden: () => time.playing && time.toggle(),
-    key(event) {
-      if (event.target.matches?.("button") && (event.key === " " || event.key === "Enter")) return false;
-      if (time.key(event)) return true;
-      const keys = part()?.keys.filter(({ outline }) => outline.length) ?? [];
-      if (/^[1-9]$/.test(event.key) && keys[event.key - 1]) time.go(keys[event.key - 1].frame);
-      else if (event.key === "k") suggest();
-      else if (event.key === "Enter") capture();
-      else if (event.key === "f") mendFrame();
-      else if (event.key === "[") begin.click();
-      else if (event.key === "]") end.click();
-      else if (event.key === "0") view.fit();
-      else if (event.key === "m") (desk.showsMatte = !desk.showsMatte), view.draw();
-      else return tools.key(event);
-      return true;
-    },
+    keys,
+    key: (event) => !ownKey(event) && (tools.boxed.key(event) || press(keys, event)),
   };
 }

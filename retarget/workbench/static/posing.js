@@ -1,6 +1,7 @@
 // The posing desk: joints dragged on springs, postures mixed, kept and put on beats; a clip beside it made rubber.
 import { makeBeats } from "./beats.js";
-import { button, fill, icon, iconButton, make, slider } from "./dom.js";
+import { button, calm, fill, icon, iconButton, make, place, slider } from "./dom.js";
+import { key, ownKey, press } from "./keys.js";
 import { makeSticks, placesAt } from "./sticks.js";
 
 export const title = "Pose";
@@ -32,6 +33,7 @@ export function mount(el, bench) {
   const rail = make("div.rail", { role: "toolbar", "aria-label": "What is done" });
   el.append(rail, make("div.stage", {}, hint, picture), side, below);
   const sticks = makeSticks(picture);
+  place(sticks.canvas, "The figure");
   const desk = { mode: "pose", hover: -1, drag: null, sliders: {}, played: null, clip: null, problem: "", frame: 0, playing: false, began: [0, 0], open: "", posture: "", seed: 0 };
   for (const [name, [, { value }]] of Object.entries({ ...DANCE, ...RUBBER })) desk.sliders[name] = value;
 
@@ -62,7 +64,8 @@ export function mount(el, bench) {
   function choose(name) {
     desk.mode = name;
     desk.played = null;
-    desk.playing = name !== "pose";
+    desk.playing = name !== "pose" && !calm();
+    desk.problem = "";
     desk.frame = 0;
     desk.began = [performance.now(), 0];
     for (const [other, element] of Object.entries(modes)) element.setAttribute("aria-pressed", String(other === name));
@@ -379,23 +382,24 @@ export function mount(el, bench) {
   }
 
   choose("pose");
+
+  const step = (event) => (event.shiftKey ? 10 : 1);
+  const keys = [
+    key(" ", "Play and stop", toggle),
+    key("ArrowLeft", "A frame back; with Shift ten", (event) => go(desk.frame - step(event))),
+    key("ArrowRight", "A frame on; with Shift ten", (event) => go(desk.frame + step(event))),
+    key("Home", "The beginning", () => go(0)),
+    key("End", "The end", () => go(1e9)),
+    key("1-9", `${Object.values(MODES).join(", ")}`, (event) => (Object.keys(MODES)[event.key - 1] ? choose(Object.keys(MODES)[event.key - 1]) : false), "1–3"),
+    key("p", "Pin the joint, or let it go", () => pin(desk.hover)),
+    key("0", "All of the figure", () => sticks.fit(desk.played ? figuresAt(desk.frame).flatMap(({ places }) => places) : now().pose ?? [])),
+  ];
+
   return {
     changed,
     shown: () => (changed(), desk.playing && requestAnimationFrame(tick), now().pose && sticks.fit(now().pose)),
     hidden: () => (desk.playing = false),
-    key(event) {
-      if (event.target.matches?.("button, input") && (event.key === " " || event.key === "Enter")) return false;
-      if (event.target.matches?.("input") && /^(Arrow|Home|End|Page)/.test(event.key)) return false; // a slider's own
-      if (event.key === " ") toggle();
-      else if (event.key === "ArrowLeft") go(desk.frame - (event.shiftKey ? 10 : 1));
-      else if (event.key === "ArrowRight") go(desk.frame + (event.shiftKey ? 10 : 1));
-      else if (event.key === "Home") go(0);
-      else if (event.key === "End") go(1e9);
-      else if (event.key === "0") sticks.fit(desk.played ? figuresAt(desk.frame).flatMap(({ places }) => places) : now().pose ?? []);
-      else if (event.key === "p") pin(desk.hover);
-      else if (/^[1-3]$/.test(event.key)) choose(Object.keys(MODES)[event.key - 1]);
-      else return false;
-      return true;
-    },
+    keys,
+    key: (event) => !ownKey(event) && press(keys, event),
   };
 }

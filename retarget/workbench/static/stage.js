@@ -1,6 +1,7 @@
 // The stage desk: who plays the captured motion, how they stand, what is behind them; seen live, and exported.
-import { button, fill, make, slider } from "./dom.js";
+import { button, fill, make, place, slider } from "./dom.js";
 import { makeFrames } from "./frames.js";
+import { key, ownKey, press } from "./keys.js";
 import { makeRedraw } from "./redraw.js";
 import { makeTimeline } from "./timeline.js";
 import { makeView, paintLine } from "./view.js";
@@ -23,6 +24,7 @@ export function mount(el, bench) {
   const stage = make("div.stage", {}, hint, picture);
   el.append(rail, stage, side, below);
   const view = makeView(picture);
+  place(view.canvas, "The stage");
   const frames = makeFrames(bench, "stage.frame");
   const time = makeTimeline(below, { went: show, keyChosen: ({ frame }) => time.go(frame) });
   const desk = { tool: "look", chosen: new Set(), kind: ".mp4", told: null, toldOf: 0, line: null, drag: null, turn: 0, tilt: 0, problem: "", result: "" };
@@ -203,7 +205,9 @@ export function mount(el, bench) {
 
   function panel() {
     const { motion, cast, drawings = [], formats = {} } = now();
-    if (!motion) return fill(side, make("h2", {}, "Who plays"), make("p.none", {}, "First a motion must be captured."));
+    if (!motion) return fill(side, make("h2", {}, "Who plays"), make("p.none", {}, "First a motion must be captured."),
+      make("div.row", {}, bench.state.capture?.clip && button("To the capture desk", "", () => bench.show("capture"), "primary")),
+      make("div.row", {}, button("Open something else", "", () => bench.act("folder.close"), bench.state.capture?.clip ? "" : "primary")));
     const asked = make("input", { type: "file", multiple: true, hidden: true, accept: ".svg,.png,.jpg,.jpeg,.webp,.glb,.gltf,.bin,.obj,.ply" });
     asked.onchange = () => upload([...asked.files]);
     const busy = Boolean(bench.running);
@@ -324,26 +328,23 @@ export function mount(el, bench) {
   });
   choose("look");
 
+  const drawn = (number) => (now().cast?.parts ?? []).flatMap((part) => part.keys.map((one) => [part, one]))[number - 1];
+  const keys = [
+    ...time.keys,
+    key("1-9", "A key drawing, to correct it", (event) => (drawn(event.key) ? redraw.show(...drawn(event.key)) : false)),
+    key("Escape", "Back to the stage", () => (redraw.open ? redraw.close() : false)),
+    key("Enter", "Let the chosen drawings play", playChosen),
+    key("e", "Export", exportIt),
+    ...Object.entries(TOOLS).map(([name, [, letter, what]]) => key(letter, what, () => choose(name))),
+    key("0", "All of the picture", view.fit),
+  ];
+
   return {
     changed: () => el.hidden || changed(),
     shown: () => (view.fit(), changed()),
     hidden: () => time.playing && time.toggle(),
-    key(event) {
-      if (event.target.matches?.("button, input") && (event.key === " " || event.key === "Enter")) return false;
-      if (event.target.matches?.("input") && /^(Arrow|Home|End|Page)/.test(event.key)) return false; // a slider's own
-      if (event.key === "Escape" && redraw.open) return redraw.close(), true;
-      if (time.key(event)) return true;
-      const tool = Object.entries(TOOLS).find(([, [, key]]) => key === event.key.toLowerCase());
-      if (/^[1-9]$/.test(event.key)) {
-        const keys = (now().cast?.parts ?? []).flatMap((part) => part.keys.map((key) => [part, key]));
-        if (keys[event.key - 1]) redraw.show(...keys[event.key - 1]);
-      } else if (event.key === "e") exportIt();
-      else if (event.key === "Enter") playChosen();
-      else if (event.key === "0") view.fit();
-      else if (tool) choose(tool[0]);
-      else return false;
-      return true;
-    },
+    keys,
+    key: (event) => !ownKey(event) && press(keys, event),
   };
 }
 

@@ -1,5 +1,7 @@
 // The tools of the capture desk: box, outline, scribbles, colour, and dragging a key's points.
+import { makeBoxKeys } from "./boxkeys.js";
 import { make } from "./dom.js";
+import { key } from "./keys.js";
 import { paintLine } from "./view.js";
 
 const TOOLS = {
@@ -12,7 +14,7 @@ const TOOLS = {
 };
 const NEAR = 12; // pixels of the screen within which a point is caught
 
-export function makeTools(rail, view, { bench, desk, act, time, keyHere, part }) {
+export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, changed }) {
   let tool = "box";
   let touched = false; // whether a person chose the tool
   let line = null; // what is being drawn, in the picture's pixels
@@ -23,7 +25,10 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part })
     rail.append(buttons[name]);
   }
 
+  const boxed = makeBoxKeys(view, { bench, act, time, part, changed: () => (changed(), view.draw()) });
+
   function choose(name, byHand = false) {
+    if (boxed.open) boxed.leave();
     tool = name;
     touched = byHand;
     for (const [other, element] of Object.entries(buttons)) element.setAttribute("aria-pressed", String(other === name));
@@ -46,6 +51,7 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part })
 
   view.canvas.addEventListener("pointerdown", (event) => {
     if (event.button !== 0 || !part()) return;
+    if (boxed.open) boxed.leave();
     view.canvas.setPointerCapture(event.pointerId);
     const at = view.toPicture(event);
     if (tool === "points") {
@@ -104,12 +110,13 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part })
     changed(told) {
       if (!touched || !told) choose(told ? "points" : tool === "points" ? "box" : tool, touched && !told);
     },
-    key(event) {
-      const found = Object.entries(TOOLS).find(([, [, key]]) => key === event.key.toLowerCase());
-      if (found) choose(found[0], true);
-      return Boolean(found);
-    },
+    boxed,
+    keys: [
+      ...Object.entries(TOOLS).map(([name, [, letter, what]]) => key(letter, what, () => choose(name, true))),
+      key("x", "A box round what moves; arrows then move it", () => (choose("box", true), boxed.begin())),
+    ],
     paint(context) {
+      boxed.paint(context);
       if (!line) return;
       if (tool === "box") {
         const [[x, y], [right, bottom]] = line;

@@ -8,6 +8,8 @@ import { makeBench } from "./bench.js";
 import * as capture from "./capture.js";
 import { button, fill, make } from "./dom.js";
 import { filesPanel } from "./files.js";
+import { makeHelp } from "./help.js";
+import { key, press } from "./keys.js";
 import * as posing from "./posing.js";
 import * as stage from "./stage.js";
 
@@ -23,8 +25,9 @@ function render({ model, el }) {
   const undo = button("Undo", "Ctrl+Z", () => bench.act("undo"));
   const redo = button("Redo", "Ctrl+Shift+Z", () => bench.act("redo"));
   const files = button("Open…", "", () => bench.act("folder.close"));
+  const keys = button("?", "", () => help());
   const work = make("div.work", { hidden: true });
-  const bar = make("header.bar", {}, make("strong", {}, "tooncap"), files, opened, tabs, make("div.space"), work, undo, redo);
+  const bar = make("header.bar", {}, make("h1.brand", {}, "tooncap"), files, opened, tabs, make("div.space"), work, undo, redo, keys);
   const said = make("div.said", { role: "status", "aria-live": "polite", hidden: true });
   const room = make("main.room");
   const start = make("section.start");
@@ -44,15 +47,29 @@ function render({ model, el }) {
   function choose(name) {
     if (desks[current]) desks[current].desk.hidden?.();
     current = name;
+    const held = focused();
     for (const [other, { tab, place }] of Object.entries(desks)) {
       place.hidden = other !== name || !isOpen();
       tab.setAttribute("aria-selected", String(other === name));
     }
     if (isOpen()) desks[name].desk.shown?.();
+    settle(held);
+  }
+
+  // What had the focus may be hidden now, or have nothing more to do: then it goes to where the work goes on.
+  const focused = () => [root.getRootNode().activeElement].find((one) => root.contains(one));
+  function settle(held) {
+    const now = focused();
+    if (!held || (now?.checkVisibility() && !now.disabled)) return;
+    const next = held === undo ? redo : held === redo ? undo : null;
+    if (next && !next.disabled && next.checkVisibility()) next.focus();
+    else (isOpen() ? desks[current].place.querySelector("canvas.view") : start.querySelector("button:enabled"))?.focus({ preventScroll: true });
   }
 
   // Where there is no clip there is nothing to capture: a figure is posed, a motion is lent to others.
   const firstDesk = () => (bench.state.posing.figure ? "posing" : bench.state.stage.motion && !bench.state.capture.clip ? "stage" : "capture");
+  bench.show = choose; // for what a desk cannot do itself, such as to capture
+
   const isOpen = () => Boolean(bench.state.folder?.at?.open);
 
   let timer = 0;
@@ -82,6 +99,7 @@ function render({ model, el }) {
   });
   bench.on("state", (changed) => {
     const wasOpen = !start.hidden;
+    const held = focused();
     const at = bench.state.folder.at;
     opened.textContent = at.open;
     document.title = at.open ? `${at.open} · tooncap` : "tooncap";
@@ -95,18 +113,35 @@ function render({ model, el }) {
     panel.changed(changed);
     if (!current || wasOpen !== !isOpen()) choose(firstDesk());
     else if (isOpen()) desks[current].desk.changed?.(changed);
+    settle(held);
   });
 
+  const beside = (by) => {
+    const names = Object.keys(DESKS);
+    choose(names[(names.indexOf(current) + by + names.length) % names.length]);
+    if (root.contains(root.getRootNode().activeElement)) desks[current].tab.focus();
+  };
+  const WITH_COMMAND = [
+    key("z", "Undo; with Shift redo", (event) => bench.act(event.shiftKey ? "redo" : "undo"), "Ctrl+Z"),
+    key("y", "Redo", () => bench.act("redo"), "Ctrl+Y"),
+  ];
+  const ALWAYS = [
+    key("Escape", "Stop what is running", () => (bench.running ? bench.act("cancel") : said.hidden ? false : say("")), "Esc"),
+    key("PageDown", "The next desk", () => isOpen() && beside(1)),
+    key("PageUp", "The desk before", () => isOpen() && beside(-1)),
+    key("?", "This list", () => help()),
+  ];
+  const show = makeHelp(root);
+  const help = () => show({ ...(isOpen() && { [DESKS[current].title]: desks[current].desk.keys ?? [] }), Everywhere: [...WITH_COMMAND, ...ALWAYS] });
+
   root.addEventListener("keydown", (event) => {
-    if (event.target.matches?.("input:not([type=range]), textarea, select")) return;
+    if (event.target.matches?.("input:not([type=range], [type=checkbox], [type=radio]), textarea, select")) return;
     const command = event.ctrlKey || event.metaKey;
-    const key = event.key.toLowerCase();
-    let taken = true;
-    if (command && key === "z") bench.act(event.shiftKey ? "redo" : "undo");
-    else if (command && key === "y") bench.act("redo");
-    else if (key === "escape" && bench.running) bench.act("cancel");
-    else if (command || event.altKey || !isOpen()) taken = false;
-    else taken = Boolean(desks[current]?.desk.key?.(event));
+    let taken;
+    if (command && press(WITH_COMMAND, event)) taken = true;
+    else if (event.altKey) taken = false;
+    else if (event.target.matches?.("[role=tab]") && /^Arrow(Left|Right)$/.test(event.key)) beside(event.key === "ArrowLeft" ? -1 : 1), (taken = true);
+    else taken = (isOpen() && desks[current]?.desk.key?.(event)) || (!command && press(ALWAYS, event));
     if (taken) event.preventDefault();
   });
   // In a page of its own keys work wherever the focus is.
