@@ -68,7 +68,7 @@ def shown(state: State) -> dict[str, Any]:
 
 
 def arrived(state: State, name: Name) -> Seen:
-    """Under which name a file was loaded; and of a single picture, which is no clip yet, how large its drawings seem."""
+    """Under which name a file was loaded; and of a single picture, no clip yet, how large its drawings seem."""
     file = upload.arrived(state.folder, name)
     path = inside(state.folder, file)
     found: dict[str, Any] = {"file": file, "still": _is_still(path)}

@@ -1,4 +1,4 @@
-"""What lies in a folder and in those below it, by kind; so much of it at most that thousands of files are no trouble."""
+"""What lies in a folder and below it, by kind; so much of it at most that thousands of files are no trouble."""
 
 import os
 import re

@@ -51,6 +51,16 @@ def borrowed(folder: Path, files: Sequence[str]) -> list[str]:
     return [_copied(folder, file.removeprefix(BUILT_IN)) if file.startswith(BUILT_IN) else file for file in files]
 
 
+def drawing(file: str) -> Path | None:
+    """The drawing that is built in under this name; None for a file of the folder."""
+    if not file.startswith(BUILT_IN):
+        return None
+    found = next((one for one in _characters() if BUILT_IN + one.name == file), None)
+    if found is None:
+        raise InputError(f"there is no built-in drawing {file[len(BUILT_IN) : 60]!r}: reload the page")
+    return found
+
+
 @lru_cache(maxsize=4)
 def _offered(here: tuple[str, ...], parts: tuple[tuple[str, tuple[str, ...]], ...]) -> list[dict[str, Any]]:
     own = [_offer(name, where, files, parts) for (where, name, _), files in _grouped(here, parts).items()]
@@ -134,11 +144,9 @@ def _characters() -> list[Path]:
 
 def _copied(folder: Path, name: str) -> str:
     """The name in the folder of a built-in drawing that is now there."""
-    drawing = next((file for file in _characters() if file.name == name), None)
-    if drawing is None:
-        raise InputError(f"there is no built-in drawing {name[:60]!r}: reload the page")
     goal = folder / BORROWED / name
+    known = drawing(BUILT_IN + name)
     if not goal.exists():
         with written_beside(goal) as beside:
-            shutil.copy(drawing, beside)
+            shutil.copy(known, beside)
     return f"{BORROWED}/{name}"

@@ -7,21 +7,29 @@ SMALLEST = 8  # pixels of a drawing
 
 
 def tile_of(picture: NDArray) -> tuple[int, int]:
-    """The (width, height) of the finest grid from the top left whose lines cross no ink; the whole where none does."""
+    """The (width, height) of the finest grid from the top left whose lines cross no ink; the whole where none does.
+
+    Of grids that are about as fine, one that divides the sheet evenly is likelier.
+    """
     ink = _ink(picture)
     return _pitch(ink.any(axis=0)), _pitch(ink.any(axis=1))
 
 
 def _pitch(inked: NDArray) -> int:
-    """The least distance of lines that all lie between drawings, none of them in a gap that is wider than a drawing."""
+    """The distance of lines that all lie between drawings, with a drawing between any two of them."""
     size = len(inked)
     last = int(np.flatnonzero(inked)[-1]) + 1 if inked.any() else size
+    finest = 0
     for pitch in range(SMALLEST, last // 2 + 1):
         lines = np.arange(pitch, last, pitch)
         cells = np.add.reduceat(inked[:last], np.concatenate([[0], lines]))
         if not (inked[lines] & inked[lines - 1]).any() and cells.all():
-            return pitch
-    return size
+            if size % pitch == 0:
+                return pitch
+            finest = finest or pitch
+        if finest and pitch >= 2 * finest:
+            break
+    return finest or size
 
 
 def _ink(picture: NDArray) -> NDArray:

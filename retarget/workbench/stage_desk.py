@@ -57,6 +57,7 @@ def shown(state: State) -> dict[str, Any]:
         "cast": None if cast is None else _cast_shown(cast),
         "number": _number(motion, cast),
         "offers": [] if motion is None else offers.offers(state.folder, motion, source),
+        "plays": [] if cast is None else _plays(state, cast),
         "made": made.shown(state),
         "formats": FORMATS,
     }
@@ -207,6 +208,12 @@ def drawing(
     return _png(picture)._replace(said={"svg": file.suffix.lower() == ".svg"})
 
 
+def small(state: State, file: Name) -> Seen:
+    """A drawing as small as a list shows it."""
+    path = offers.drawing(file) or folder.inside(state.folder, file)
+    return _png(redraw.small(path, path.stat().st_mtime_ns))
+
+
 # --- work: long, in a process of its own ----------------------------------------------------------------------------
 
 
@@ -235,10 +242,13 @@ def proposed(state: State, cast: str) -> State:
 
 def export(motion: str, cast: str, out: str, size: int | None, number: int) -> dict[str, Any]:
     """Write the performance into a file."""
+    from capture.motion import tracks
     from retarget.commands.lending import retarget
 
     said = retarget(Path(motion), Path(out), cast=Path(cast), size=size)
-    said = f"{said.replace(str(Path(motion).parent), Path(motion).parent.name)}; {made.size_of(Path(out))}"
+    misfit = max(track.residual.max() for track in tracks.load(Path(motion)).tracks)
+    said = said.replace(str(Path(motion).parent), Path(motion).parent.name)
+    said = f"{said}; captured to within {misfit:.1f} px; {made.size_of(Path(out))}"
     return {"said": said, "out": out, "number": number, "sentence": said}
 
 
@@ -287,7 +297,7 @@ DESK = Desk(
             *(pin, pin_feet, move_pin, unpin, drag_point, pull, load),
         )
     },
-    looks={"frame": frame, "turned": turned, "told": told, "drawing": drawing, "made": made.piece},
+    looks={"frame": frame, "turned": turned, "told": told, "drawing": drawing, "small": small, "made": made.piece},
     work={
         "propose": Work(_prepare_propose, propose, proposed),
         "export": Work(_prepare_export, export, _exported),
@@ -349,6 +359,13 @@ def _cast_shown(cast: Cast) -> dict[str, Any]:
         for key in part["keys"]:
             key["file"] = Path(key["drawing"] or part["drawing"]).name
     return plain
+
+
+def _plays(state: State, cast: Cast) -> list[str]:
+    """The files of the folder that the cast names."""
+    root = state.folder.resolve()
+    files = [file.resolve() for file in playing.files_of(replace(cast, background=""))]
+    return sorted({file.relative_to(root).as_posix() for file in files if file.is_relative_to(root)})
 
 
 def _number(motion: CartoonMotion | None, cast: Cast | None) -> int:

@@ -2,7 +2,7 @@
 import { button, make } from "./dom.js";
 
 // The latest exports of what is open, as elements of a panel.
-export function madeOf(bench, most = 3) {
+export function madeOf(bench, most = 1) {
   const { made = [], number } = bench.state.stage;
   return made.slice(0, most).map((one, n) => {
     const looks = /^(image|video)\//.test(one.type) && one.type !== "video/quicktime";

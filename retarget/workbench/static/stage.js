@@ -193,7 +193,7 @@ export function mount(el, bench) {
     const { motion, cast, number } = now();
     let text = "";
     if (!motion) text = "Nothing was captured yet: do that at the capture desk, or open a *.motion.json.";
-    else if (!cast) text = "Who plays it? Choose a drawing, a picture or a model at the right.";
+    else if (!cast) text = players.hint();
     else if (redraw.open) text = redraw.hint();
     else if (bench.running === "stage.export") text = "Exporting. You may go on.";
     else if (desk.problem) text = desk.problem;
@@ -240,8 +240,8 @@ export function mount(el, bench) {
       make("div.row", {}, behind),
       cast.follow.length ? make("div.row", {}, button("Leave the path", "", () => act("follow", { path: [] }))) : null,
       pins.length ? make("h2", {}, "Pins") : null, pins.length ? make("ul.pins", {}, ...pins) : null,
-      make("h2", {}, "Export"), make("div.row", {}, kinds, run), ...madeOf(bench),
-      ...(desk.told?.notes ?? []).slice(0, 3).map((note) => make("p.none", {}, note)));
+      ...(desk.told?.notes ?? []).slice(0, 3).map((note) => make("p.none", {}, note)),
+      make("div.export", {}, make("h2", {}, "Export"), make("div.row", {}, kinds, run), ...madeOf(bench)));
   }
 
   function number(value, label, changedTo) {

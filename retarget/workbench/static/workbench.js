@@ -56,6 +56,7 @@ function render({ model, el }) {
 
   // Where there is no clip there is nothing to capture: a figure is posed, a motion is lent to others.
   const firstDesk = () => (bench.state.posing.figure ? "posing" : bench.state.stage.motion && !bench.state.capture.clip ? "stage" : "capture");
+  const wantsDrawing = () => Boolean(bench.state.capture.motion && !bench.state.capture.stale && !bench.state.stage.cast);
   const isOpen = () => Boolean(bench.state.folder?.at?.open);
 
   let timer = 0;
@@ -96,6 +97,7 @@ function render({ model, el }) {
     redo.title = bench.redo ? `Redo: ${bench.redo} (Ctrl+Shift+Z)` : "Nothing to redo";
     work.hidden = work.hidden || !bench.running;
     panel.changed(changed);
+    desks.stage.tab.classList.toggle("next", wantsDrawing());
     if (!current || wasOpen !== !isOpen()) choose(firstDesk());
     else if (isOpen()) desks[current].desk.changed?.(changed);
   });
