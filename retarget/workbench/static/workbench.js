@@ -3,7 +3,9 @@
 //
 // A desk is a module with `title` and mount(el, bench) -> {changed(sections), key(event), shown(), hidden()}:
 // `changed` is called after every change of the state (bench.state holds all of it) while the desk is seen, `shown` and
-// `hidden` when its tab comes and goes; `key` returns true where it took a key.
+// `hidden` when its tab comes and goes; `key` returns true where it took a key.  `dropped(files)`, if there is one,
+// returns true where the desk took what was dropped on the page.
+import { makeArrivals } from "./arrivals.js";
 import { makeBench } from "./bench.js";
 import * as capture from "./capture.js";
 import { button, fill, make } from "./dom.js";
@@ -42,7 +44,8 @@ function render({ model, el }) {
     room.append(place);
     desks[name] = { tab, place, desk: desk.mount(place, bench) };
   }
-  const panel = filesPanel(start, bench);
+  const takes = (files) => isOpen() && Boolean(desks[current]?.desk.dropped?.(files));
+  const panel = filesPanel(start, bench, makeArrivals(root, bench, takes));
 
   function choose(name) {
     if (desks[current]) desks[current].desk.hidden?.();
@@ -70,6 +73,7 @@ function render({ model, el }) {
   const firstDesk = () => (bench.state.posing.figure ? "posing" : bench.state.stage.motion && !bench.state.capture.clip ? "stage" : "capture");
   bench.show = choose; // for what a desk cannot do itself, such as to capture
 
+  const wantsDrawing = () => Boolean(bench.state.capture.motion && !bench.state.capture.stale && !bench.state.stage.cast);
   const isOpen = () => Boolean(bench.state.folder?.at?.open);
 
   let timer = 0;
@@ -111,6 +115,7 @@ function render({ model, el }) {
     redo.title = bench.redo ? `Redo: ${bench.redo} (Ctrl+Shift+Z)` : "Nothing to redo";
     work.hidden = work.hidden || !bench.running;
     panel.changed(changed);
+    desks.stage.tab.classList.toggle("next", wantsDrawing());
     if (!current || wasOpen !== !isOpen()) choose(firstDesk());
     else if (isOpen()) desks[current].desk.changed?.(changed);
     settle(held);
