@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit import contour, meet, passes
+from capture.fit import contour, meet, passes, source
 from capture.fit.checkpoint import Keep, keep_of
 from capture.fit.pixels import model as models
 from capture.fit.pixels.find import Pose
@@ -49,7 +49,7 @@ def capture(shot: Shot, clip: Clip | None = None, keep: str | Path | None = None
         fps=float(clip.fps),
         size=clip.size,
     )
-    motion = relative_to_parents(motion)
+    motion = source.stamped(relative_to_parents(motion), shot)
     if kept is not None:
         kept.remove()
     return motion
@@ -71,7 +71,7 @@ def follow(
     keys = [key_poses(model, clip, first) for model in learnt]
     done = passes.go_through(learnt, keys, clip, keep)
     runs = zip(learnt, done.forward, done.backward)
-    return [(_as_track(model, meet.joined(model, *of_part)), model) for model, *of_part in runs]
+    return [(as_track(model, meet.joined(model, *of_part)), model) for model, *of_part in runs]
 
 
 def key_poses(model: PartModel, clip: Clip, first: int = 0) -> dict[int, Pose]:
@@ -81,8 +81,11 @@ def key_poses(model: PartModel, clip: Clip, first: int = 0) -> dict[int, Pose]:
     return dict(sorted(poses.items()))
 
 
-def _as_track(model: PartModel, poses: Poses) -> Track:
-    """Tracked shapes as weights over rows, which any target can redraw: contour capture of the tracked mesh."""
+def as_track(model: PartModel, poses: Poses) -> Track:
+    """Tracked shapes as weights over rows, which any target can redraw: contour capture of the tracked mesh.
+
+    Its maps are those of the picture, about the part's pivot.
+    """
     keyset, part, column = model.keyset, model.part, poses.columns
     placed, weights = column["placed"], np.ones((len(poses.known), 1))
     if model.shape is not None:
