@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from capture.fit import meet, passes, source, video
+from capture.fit import batch, meet, passes, source, video
 from capture.fit.checkpoint import keep_of
 from capture.fit.passes import Before, Way
 from capture.fit.pixels import model as models
 from capture.fit.pixels.model import PartModel
 from capture.fit.poses import Poses
-from capture.motion import affine
+from capture.motion import affine, tracks
 from capture.motion.keys import KeySet
 from capture.motion.tracks import CartoonMotion, Track, total_affine
 from capture.pictures.clip import Clip
@@ -77,6 +77,7 @@ def capture_again(
     clip: Clip | None = None,
     before: Shot | None = None,
     keep: str | Path | None = None,
+    stays: bool = False,
 ) -> CartoonMotion:
     """The motion that was captured before, with what was changed in the shot since then tracked again.
 
@@ -103,11 +104,30 @@ def capture_again(
             done = passes.go_through(learnt, known, clip, kept, befores)
             runs = zip(olds, learnt, befores, done.forward, done.backward)
             olds = [_with(*old, model, before, meet.joined(model, *both)) for old, model, before, *both in runs]
-    tracks = _relative(motion, olds, [~before.poses.known for before in befores])
-    again = replace(motion, tracks=tracks, keysets=tuple(model.keyset for model in learnt))
-    if kept is not None:
+    moved = _relative(motion, olds, [~before.poses.known for before in befores])
+    again = replace(motion, tracks=moved, keysets=tuple(model.keyset for model in learnt))
+    if kept is not None and not stays:
         kept.remove()
     return source.stamped(again, shot)
+
+
+def capture_again_to(
+    out: Path, shot: Shot, clip: Clip | None = None, before: Shot | None = None
+) -> tuple[CartoonMotion, str]:
+    """Capture again, into its file, what was changed in the shot since that was captured, or all where it must be.
+
+    Returns the motion, and what was done, in words.  After an interrupt the same call goes on from there.
+    """
+    motion, keep = tracks.load(out), batch.keep_beside(out)
+    planned = plan(shot, motion, before)
+    if planned.whole:
+        motion, said = video.capture(shot, clip, keep, stays=True), f"the whole was captured, for {planned.whole}"
+    else:
+        motion = capture_again(shot, motion, clip, before, keep, stays=True)
+        said = ", ".join(f"{part} in {first} to {last}" for part, first, last in planned.ranges(shot.start))
+        said = f"tracked again: {said}" if said else "nothing had to be tracked again"
+    batch.put(motion, out)
+    return motion, said
 
 
 def _why_whole(shot: Shot, motion: CartoonMotion, before: Shot | None) -> str:
@@ -218,7 +238,7 @@ def _relative(motion: CartoonMotion, olds: list[tuple[Track, NDArray]], changed:
 
     What hangs on a part that was tracked again stays where it was seen; where it was not seen it goes along.
     """
-    now, moved, tracks = {}, {}, {}
+    now, moved, done = {}, {}, {}
     left = list(zip(olds, changed))
     while left:
         (track, plain), new = left.pop(0)
@@ -234,5 +254,5 @@ def _relative(motion: CartoonMotion, olds: list[tuple[Track, NDArray]], changed:
         maps = affine.from_about(local, track.pivot)
         if np.array_equal(track.pivot, before.pivot):
             maps = np.where(touched[:, None, None], maps, before.affine)
-        now[track.part], moved[track.part], tracks[track.part] = plain, touched, replace(track, affine=maps)
-    return tuple(tracks[track.part] for track in motion.tracks)
+        now[track.part], moved[track.part], done[track.part] = plain, touched, replace(track, affine=maps)
+    return tuple(done[track.part] for track in motion.tracks)

@@ -102,7 +102,7 @@ def go_through(
         if keep and isinstance(error, KeyboardInterrupt) and keep.path.exists():
             raise KeyboardInterrupt(keep.goes_on(state)) from None
         raise
-    if keep and saved is not first:
+    if keep and saved is not state:
         keep.write(state, learnt)
     return state
 

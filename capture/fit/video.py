@@ -26,7 +26,7 @@ LOOSE = 0.2  # pixels of misfit worth a weight of 1 on rows beside the three of 
 CHUNK = 512  # frames whose meshes are in memory at a time
 
 
-def capture(shot: Shot, clip: Clip | None = None, keep: str | Path | None = None) -> CartoonMotion:
+def capture(shot: Shot, clip: Clip | None = None, keep: str | Path | None = None, stays: bool = False) -> CartoonMotion:
     """Capture all parts of a shot: where each is in every frame, and which of its keys it looks like.
 
     Every part is followed from its key frames through the whole clip; the more keys, the surer, and any frame will do,
@@ -34,7 +34,8 @@ def capture(shot: Shot, clip: Clip | None = None, keep: str | Path | None = None
     `clip` may be given where the frames are not in a file.
 
     A long capture may be interrupted: with `keep`, the path of a file, what is done is put there every few seconds,
-    and the same call again goes on from there to the very same result.  The file is removed at the end.
+    and the same call again goes on from there to the very same result.  The file is removed at the end, unless it
+    `stays` until its owner has put the motion away.
     """
     from threadpoolctl import threadpool_limits
 
@@ -50,7 +51,7 @@ def capture(shot: Shot, clip: Clip | None = None, keep: str | Path | None = None
         size=clip.size,
     )
     motion = source.stamped(relative_to_parents(motion), shot)
-    if kept is not None:
+    if kept is not None and not stays:
         kept.remove()
     return motion
 
