@@ -248,9 +248,8 @@ def capture_again(shot: dict[str, Any], out: str, captured: dict[str, Any]) -> d
     from capture.fit import again
 
     told, before = (msgspec.convert(one, Shot) for one in (shot, captured))
-    motion, said = again.capture_again_to(Path(out), told, before=before)
-    said = f"{said[:1].upper()}{said[1:]}; {tracks.summary(motion, told.start)}."
-    return {"motion": out, "shot": shot, "written": [MOTION], "said": said}
+    _, said = again.capture_again_to(Path(out), told, before=before)
+    return {"motion": out, "shot": shot, "written": [MOTION], "said": f"{said[:1].upper()}{said[1:]}."}
 
 
 def now_captured(state: State, motion: str, shot: dict[str, Any]) -> State:
