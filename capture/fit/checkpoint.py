@@ -72,8 +72,8 @@ class Keep:
         return f"goes {'back' if state.back else 'on'} from frame {state.frame + self.first}"
 
 
-def keep_of(path: str | Path, shot: Shot, clip: Clip) -> Keep:
-    """The file at `path`, for a shot of this clip."""
+def keep_of(path: str | Path, shot: Shot, clip: Clip, before: str = "") -> Keep:
+    """The file at `path`, for a shot of this clip, and for the motion `before` if that is captured again in part."""
     told = (
         repr(shot.parts),
         shot.start,
@@ -84,6 +84,7 @@ def keep_of(path: str | Path, shot: Shot, clip: Clip) -> Keep:
         len(clip),
         _source(clip),
         _program(),
+        *filter(None, [before]),
     )
     return Keep(Path(path), hashlib.sha256(repr(told).encode()).hexdigest(), shot.start)
 

@@ -87,10 +87,12 @@ def capture(
     tile: flags.Tile = None,
     refine: flags.Refine = False,
     device: flags.Device = "auto",
+    again: bool = False,
 ) -> str:
     """Capture the motion of a shot, or straight of a clip with --box or --color.
 
-    A capture that was interrupted goes on from where it was when the same command is given again.
+    A capture that was interrupted goes on from where it was when the same command is given again.  With --again only
+    what was changed in the shot since the last capture is tracked, from key to key; the rest stays as it is.
 
     Parameters
     ----------
@@ -100,7 +102,11 @@ def capture(
         The motion file; NAME.motion.json beside you if not given.
     start
         The first frame to capture.
+    again
+        Track only what was changed since OUT was captured: keys added, moved or removed.
     """
+    from capture.errors import InputError
+    from capture.fit import again as captures
     from capture.fit import batch, video
     from capture.motion import tracks
     from capture.pictures.shot import write_shot
@@ -109,8 +115,13 @@ def capture(
     device_needs_refine(refine, device)
     out = out or Path(stem(source) + ".motion.json")
     clip = told(video.open_clip(shot))
-    motion = batch.capture_to(out, shot, clip, refine, device)
-    said = f"{out}: {tracks.summary(motion, shot.start)}"
+    if again and refine:
+        raise InputError("--again is of a stretch, --refine of the whole clip: give one of the two")
+    if again:
+        motion, done = captures.capture_again_to(out, shot, clip)
+    else:
+        motion, done = batch.capture_to(out, shot, clip, refine, device), ""
+    said = f"{out}: {tracks.summary(motion, shot.start)}" + (f"; {done}" if done else "")
     _tell_of_box(box, motion.outline(motion.tracks[0].part)[(start if frame is None else frame) - shot.start])
     if not source.name.endswith(".toml"):
         beside = out.with_name(stem(out) + ".shot.toml")

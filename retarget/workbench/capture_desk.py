@@ -1,7 +1,8 @@
 """The capture desk: tell the parts of a clip, choose and correct their keys, capture, and look where it is worst."""
 
 from dataclasses import asdict, replace
-from functools import lru_cache
+from functools import cache, lru_cache
+from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 from typing import Annotated, Any
@@ -31,13 +32,17 @@ MATTE = (62, 150, 255)  # what the page lays over a part's pixels
 def shown(state: State) -> dict[str, Any]:
     """The clip, the parts, and what the capture came to."""
     if state.shot is None:
-        return {"clip": None, "parts": [], "motion": _motion_shown(state.motion, 0), "stale": False, "kept": False}
+        motion = _motion_shown(state.motion, 0)
+        return {"clip": None, "parts": [], "motion": motion, "stale": False, "again": None, "kept": False}
+    stale = state.motion is not None and not _same(state.captured, state.shot)
     return {
         "clip": _clip_shown(state.shot),
         "parts": _parts_shown(state.shot),
         "motion": _motion_shown(state.motion, state.shot.start),
-        "stale": state.motion is not None and not _same(state.captured, state.shot),
+        "stale": stale,
+        "again": _again_shown(state.motion, state.captured, state.shot) if stale else None,
         "kept": file_of(state, MOTION + ".part").exists(),
+        "refining": _why_not_refined(),
     }
 
 
@@ -126,6 +131,12 @@ def fix_frame(state: State, part: Name, frame: Number) -> State:
         raise InputError("a frame can be mended once something was captured: capture first, or draw an outline here")
     one = parts.part_of(_shot(state), part)
     return _with(state, parts.fixed(one, state.motion, frame, _shot(state).start))
+
+
+def pivot(state: State, part: Name, at: At | None = None) -> State:
+    """Move a part's pivot."""
+    one = parts.part_of(_shot(state), part)
+    return _with(state, replace(one, pivot=None if at is None else (round(at[0], 2), round(at[1], 2))))
 
 
 def remove_key(state: State, part: Name, key: Name) -> State:
@@ -236,13 +247,22 @@ def suggested(state: State, part: str, keys: list[dict[str, Any]]) -> State:
     return _with(state, replace(one, keys=tuple(drawn), box=None, color=None, inside=(), outside=()))
 
 
-def capture(shot: dict[str, Any], out: str) -> dict[str, Any]:
+def capture(shot: dict[str, Any], out: str, refined: bool = False) -> dict[str, Any]:
     """Capture the shot."""
     from capture.fit import batch, video
 
     told = msgspec.convert(shot, Shot)
-    batch.capture_to(Path(out), told, video.open_clip(told))
+    batch.capture_to(Path(out), told, video.open_clip(told), refined)
     return {"motion": out, "shot": shot, "written": [MOTION]}
+
+
+def capture_again(shot: dict[str, Any], out: str, captured: dict[str, Any]) -> dict[str, Any]:
+    """Track again what was changed."""
+    from capture.fit import again
+
+    told, before = (msgspec.convert(one, Shot) for one in (shot, captured))
+    _, said = again.capture_again_to(Path(out), told, before=before)
+    return {"motion": out, "shot": shot, "written": [MOTION], "said": f"{said[:1].upper()}{said[1:]}."}
 
 
 def now_captured(state: State, motion: str, shot: dict[str, Any]) -> State:
@@ -257,10 +277,19 @@ def _prepare_suggest(
     return {"shot": asdict(_shot(state)), "part": part, "residual": residual, "keys": keys}
 
 
-def _prepare_capture(state: State) -> dict[str, Any]:
+def _prepare_capture(state: State, refined: bool = False) -> dict[str, Any]:
     for part in _shot(state).parts:
         _tellable(part)
-    return {"shot": asdict(_shot(state)), "out": str(file_of(state, MOTION))}
+    if refined and (why := _why_not_refined()):
+        raise InputError(why)
+    return {"shot": asdict(_shot(state)), "out": str(file_of(state, MOTION)), "refined": refined}
+
+
+def _prepare_again(state: State) -> dict[str, Any]:
+    if state.motion is None or state.captured is None:
+        raise InputError("there must be something captured that can be tracked again: capture first")
+    asked = _prepare_capture(state)
+    return {"shot": asked["shot"], "out": asked["out"], "captured": asdict(state.captured)}
 
 
 DESK = Desk(
@@ -271,13 +300,14 @@ DESK = Desk(
         for one in (
             *(add_part, remove_part, rename_part, hang_part),
             *(box, color, scribble, outline, stretch),
-            *(drag_point, fix_frame, remove_key, rename_key),
+            *(drag_point, fix_frame, remove_key, rename_key, pivot),
         )
     },
     looks={"frame": frame, "matte": matte, "moving": moving, "captured": captured},
     work={
         "suggest": Work(_prepare_suggest, suggest, suggested),
         "capture": Work(_prepare_capture, capture, now_captured),
+        "again": Work(_prepare_again, capture_again, now_captured),
     },
 )
 
@@ -319,6 +349,25 @@ def _clip_shown(shot: Shot) -> dict[str, Any]:
         "start": shot.start,
         "stop": stop,
     }
+
+
+@lru_cache(maxsize=8)
+def _again_shown(motion: CartoonMotion, captured: Shot, shot: Shot) -> dict[str, Any]:
+    """Which frames would be tracked again, {"part", "first", "last"} of each stretch; or why all must be captured."""
+    from capture.fit import again
+
+    planned = again.plan(shot, motion, captured)
+    ranges = [{"part": part, "first": first, "last": last} for part, first, last in planned.ranges(shot.start)]
+    return {"ranges": ranges, "whole": planned.whole}
+
+
+@cache
+def _why_not_refined() -> str:
+    """Why a capture cannot be refined here, or ""; told without importing what takes seconds."""
+    missing = [name for name in ("torch", "kornia") if find_spec(name) is None]
+    if not missing:
+        return ""
+    return f"refining needs torch and kornia, {missing[0]} is not installed: pip install 'tooncap[torch]'"
 
 
 @lru_cache(maxsize=8)

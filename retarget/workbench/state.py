@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from capture.errors import InputError
+from capture.fit import source
 from capture.motion import tracks
 from capture.motion.tracks import CartoonMotion
 from capture.pictures.shot import KeyDrawing, Part, Shot, read_shot, write_shot
@@ -28,7 +29,7 @@ class State:
     name: str = ""  # of the files; nothing is open without it
     shot: Shot | None = None
     motion: CartoonMotion | None = None
-    captured: Shot | None = None  # what the motion was captured from, where that is known
+    captured: Shot | None = None  # what the motion was captured from, as far as that is known
     cast: Cast | None = None
     figure: Figure | None = None
 
@@ -61,7 +62,7 @@ def open_file(state: State, path: Path) -> State:
         fresh,
         shot=opened,
         motion=found,
-        captured=opened if found is not None else None,
+        captured=None if found is None else source.shot_of(found) or opened,
         cast=read_cast(cast) if cast.exists() else None,
     )
 

@@ -4,6 +4,7 @@ import { key } from "./keys.js";
 
 const [LEFT, RIGHT, TOP, KEYS] = [52, 16, 8, 36]; // pixels round the curves; below them the keys' row, and the numbers
 
+// Of a timeline may be set: curves, worst, keys, lost, and `again`, the frames that would be tracked again, with a colour each.
 export function makeTimeline(el, { went, keyChosen }) {
   const strip = make("canvas.strip", { tabIndex: 0, role: "slider", "aria-label": "Frame", "aria-valuenow": "0", "aria-valuemin": "0", "aria-valuemax": "0" });
   const context = strip.getContext("2d");
@@ -20,7 +21,7 @@ export function makeTimeline(el, { went, keyChosen }) {
     number,
   );
   el.append(buttons, strip);
-  const time = { frame: 0, first: 0, last: 0, fps: 24, playing: false, curves: [], worst: [], keys: [], lost: [] };
+  const time = { frame: 0, first: 0, last: 0, fps: 24, playing: false, curves: [], worst: [], keys: [], lost: [], again: [] };
   let began = [0, 0];
 
   const count = () => time.last - time.first + 1;
@@ -106,6 +107,15 @@ export function makeTimeline(el, { went, keyChosen }) {
     context.beginPath();
     context.rect(LEFT, 0, wide - LEFT - RIGHT + 6, tall);
     context.clip();
+    for (const { first, last, color } of time.again) {
+      const [left, right] = [x(first), x(last)];
+      context.globalAlpha = 0.16;
+      context.fillStyle = color;
+      context.fillRect(left, TOP, right - left, bottom - TOP);
+      context.globalAlpha = 1;
+      context.fillRect(left, bottom - 2, right - left, 3);
+      for (const end of [left, right]) context.fillRect(end - 1, bottom - 7, 2, 8);
+    }
     for (const { values, first, color, chosen } of time.curves) {
       context.beginPath();
       values.forEach((value, t) => context[t ? "lineTo" : "moveTo"](x(t + first), y(value)));

@@ -1,4 +1,4 @@
-// The tools of the capture desk: box, outline, scribbles, colour, and dragging a key's points.
+// The tools of the capture desk: box, outline, scribbles, colour, and dragging a key's points, or the pivot.
 import { makeBoxKeys } from "./boxkeys.js";
 import { make } from "./dom.js";
 import { key } from "./keys.js";
@@ -11,6 +11,7 @@ const TOOLS = {
   outside: ["Is not", "d", "Scribble on what is not the part"],
   color: ["Colour", "c", "Click on the part's colour"],
   points: ["Points", "v", "Drag points of a key; Shift drags one alone"],
+  pivot: ["Pivot", "p", "Drag the cross that the part turns about"],
 };
 const NEAR = 12; // pixels of the screen within which a point is caught
 
@@ -29,10 +30,13 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
 
   function choose(name, byHand = false) {
     if (boxed.open) boxed.leave();
+    if (name === "pivot" && part()) time.go(part().keys[0].frame); // a pivot is told in the first key's frame
     tool = name;
     touched = byHand;
     for (const [other, element] of Object.entries(buttons)) element.setAttribute("aria-pressed", String(other === name));
-    view.canvas.style.cursor = name === "points" ? "default" : "crosshair";
+    view.canvas.style.cursor = name === "points" ? "default" : name === "pivot" ? "move" : "crosshair";
+    desk.toolChanged?.();
+    view.draw();
   }
   choose("box");
 
@@ -49,6 +53,18 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
     return found;
   }
 
+  // The pivot as it was told, or else the middle of the first key's outline; null where that is not known yet.
+  function pivot() {
+    const one = part();
+    if (desk.pivot?.part === one?.name) return desk.pivot.at;
+    const outline = one?.keys[0].outline ?? [];
+    if (one?.pivot || !outline.length) return one?.pivot ?? null;
+    const sum = outline.reduce(([x, y], point) => [x + point[0], y + point[1]], [0, 0]);
+    return sum.map((value) => value / outline.length);
+  }
+  const isPivotHere = () => tool === "pivot" && part() && time.frame === part().keys[0].frame;
+  const sendPivot = (at) => act("pivot", { part: desk.pivot.part, at }, { newest: "drag", gesture: desk.pivot.gesture });
+
   view.canvas.addEventListener("pointerdown", (event) => {
     if (event.button !== 0 || !part()) return;
     if (boxed.open) boxed.leave();
@@ -59,6 +75,8 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
       const key = keyHere();
       desk.point = index;
       if (index >= 0) drag = { index, key: key.name, part: part().name, from: key.outline, reach: event.shiftKey ? 0 : desk.reach, gesture: bench.gesture() };
+    } else if (tool === "pivot") {
+      if (isPivotHere()) desk.pivot = { part: part().name, at, gesture: bench.gesture() };
     } else if (tool === "color") act("color", { frame: time.frame, at });
     else line = [at, at];
     view.draw();
@@ -69,6 +87,9 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
     if (drag) {
       desk.moved = { part: drag.part, key: drag.key, points: dragged(drag.from, drag.index, at, drag.reach) };
       send(at);
+    } else if (desk.pivot) {
+      desk.pivot.at = at;
+      sendPivot(at);
     } else if (line && tool === "box") line[1] = at;
     else if (line && Math.hypot(at[0] - line.at(-1)[0], at[1] - line.at(-1)[1]) > 1.5) line.push(at);
     else if (tool === "points") {
@@ -91,6 +112,11 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
       await sent;
       if (desk.moved === moved) desk.moved = null;
     }
+    if (desk.pivot) {
+      const dropped = desk.pivot;
+      await sendPivot(view.toPicture(event));
+      if (desk.pivot === dropped) desk.pivot = null;
+    }
     if (line) {
       const [drawn, frame] = [line, time.frame];
       line = null;
@@ -106,6 +132,7 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
 
   return {
     choose,
+    isPivot: () => tool === "pivot",
     // Who has told the part will want to drag points, unless another tool was taken on purpose.
     changed(told) {
       if (!touched || !told) choose(told ? "points" : tool === "points" ? "box" : tool, touched && !told);
@@ -117,6 +144,7 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
     ],
     paint(context) {
       boxed.paint(context);
+      if (isPivotHere() && pivot()) paintCross(context, view.toScreen(pivot()));
       if (!line) return;
       if (tool === "box") {
         const [[x, y], [right, bottom]] = line;
@@ -127,6 +155,20 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
       }
     },
   };
+}
+
+function paintCross(context, [x, y]) {
+  for (const [color, width] of [["rgba(0, 0, 0, 0.8)", 5], ["#fff", 2]]) {
+    context.strokeStyle = color;
+    context.lineWidth = width;
+    context.beginPath();
+    context.arc(x, y, 5, 0, 2 * Math.PI);
+    for (const [byX, byY] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      context.moveTo(x + 5 * byX, y + 5 * byY);
+      context.lineTo(x + 14 * byX, y + 14 * byY);
+    }
+    context.stroke();
+  }
 }
 
 // As the server has it (parts.dragged), so that the hand sees at once what will be kept.
