@@ -1,7 +1,7 @@
 // The stage desk: who plays the captured motion, how they stand, what is behind them; seen live, and exported.
 import { button, fill, make, slider } from "./dom.js";
-import { makeFrames } from "./frames.js";
 import { makeRedraw } from "./redraw.js";
+import { SOURCES, makeScene } from "./scene.js";
 import { makeTimeline } from "./timeline.js";
 import { makeView, paintLine } from "./view.js";
 
@@ -23,18 +23,26 @@ export function mount(el, bench) {
   const stage = make("div.stage", {}, hint, picture);
   el.append(rail, stage, side, below);
   const view = makeView(picture);
-  const frames = makeFrames(bench, "stage.frame");
   const time = makeTimeline(below, { went: show, keyChosen: ({ frame }) => time.go(frame) });
-  const desk = { tool: "look", chosen: new Set(), kind: ".mp4", told: null, toldOf: 0, line: null, drag: null, turn: 0, tilt: 0, problem: "", result: "" };
+  const desk = { tool: "look", chosen: new Set(), kind: ".mp4", told: null, toldOf: 0, line: null, drag: null, problem: "", result: "" };
 
   const now = () => bench.state.stage ?? {};
   const act = (name, fields, options) => bench.act(`stage.${name}`, fields, options);
+  const scene = makeScene(picture, view, bench, { came: () => show(), source: () => bench.state.capture?.clip, away: () => redraw.open });
   const redraw = makeRedraw(bench, view, { changed: () => changed(), act });
 
   const tools = {};
   for (const [name, [text, key, what]] of Object.entries(TOOLS)) {
     tools[name] = make("button.tool", { type: "button", title: `${what} (${key.toUpperCase()})`, onclick: () => choose(name) }, text);
     rail.append(tools[name]);
+  }
+  const over = button("", "", () => (scene.next(), compare()));
+  over.classList.add("over");
+  below.firstElementChild.append(over);
+  function compare() {
+    over.textContent = SOURCES[scene.shows];
+    over.disabled = !bench.state.capture?.clip;
+    over.title = over.disabled ? "The clip that this was captured from is not here" : "The source's frame over the result, or beside it (G)";
   }
   function choose(name) {
     desk.tool = name;
@@ -43,41 +51,9 @@ export function mount(el, bench) {
     explain();
   }
 
-  // Pictures.
-
   function show() {
     if (!now().number || redraw.open) return;
-    if (desk.turn || desk.tilt) return turned();
-    const bitmap = frames.want(time.frame);
-    if (bitmap) {
-      view.picture = bitmap;
-      view.frame = time.frame;
-      view.number = now().number;
-      desk.problem = "";
-    }
-    view.draw();
-    explain();
-  }
-  frames.came = (number) => number === time.frame && show();
-
-  // A model seen from elsewhere: one picture is asked for at a time, the newest place wins.
-  let asking = false;
-  let again = false;
-  async function turned() {
-    again = true;
-    if (asking) return;
-    asking = true;
-    while (again) {
-      again = false;
-      try {
-        const { bitmap } = await bench.picture("stage.turned", { frame: time.frame, turn: desk.turn, tilt: desk.tilt });
-        if (desk.turn || desk.tilt) Object.assign(view, { picture: bitmap, frame: time.frame, turn: desk.turn });
-        view.draw();
-      } catch (error) {
-        bench.say(error.message);
-      }
-    }
-    asking = false;
+    if (scene.show(time.frame)) desk.problem = "";
     explain();
   }
 
@@ -103,6 +79,7 @@ export function mount(el, bench) {
   view.painters.push((context) => {
     if (redraw.open) return redraw.paint(context);
     if (!now().number) return;
+    scene.paint(context);
     const path = now().cast.follow;
     if (path.length) paintLine(context, view, path, { color: "#35c9bb", closed: false, dash: [8, 6] });
     if (desk.line) paintLine(context, view, desk.line, { color: "#35c9bb", closed: false });
@@ -148,18 +125,16 @@ export function mount(el, bench) {
         return Math.hypot(x - event.clientX + box.left, y - event.clientY + box.top) < 12;
       });
       if (pin) desk.drag = { n: pin.n, at, gesture: bench.gesture() };
-      else if (desk.told?.solid) desk.drag = { from: [event.clientX, event.clientY, desk.turn, desk.tilt] };
+      else if (desk.told?.solid) desk.drag = { turn: scene.grab(event) };
     }
   });
   view.canvas.addEventListener("pointermove", (event) => {
     if (redraw.open) return redraw.move(event);
     const at = view.toPicture(event);
     if (desk.line && Math.hypot(at[0] - desk.line.at(-1)[0], at[1] - desk.line.at(-1)[1]) > 2) desk.line.push(at);
-    else if (desk.drag?.from) {
-      const [x, y, turn, tilt] = desk.drag.from;
-      desk.turn = turn + (event.clientX - x) / 2;
-      desk.tilt = Math.max(-85, Math.min(85, tilt + (event.clientY - y) / 2));
-      turned();
+    else if (desk.drag?.turn) {
+      desk.drag.turn(event);
+      show();
     } else if (desk.drag) {
       desk.drag.at = at;
       act("move_pin", { number: desk.drag.n, to: at }, { newest: "pin", gesture: desk.drag.gesture });
@@ -179,7 +154,7 @@ export function mount(el, bench) {
     view.draw();
   });
   view.canvas.addEventListener("dblclick", () => {
-    if (desk.turn || desk.tilt) [desk.turn, desk.tilt] = [0, 0];
+    scene.home();
     show();
   });
 
@@ -193,8 +168,8 @@ export function mount(el, bench) {
     else if (redraw.open) text = redraw.hint();
     else if (bench.running === "stage.export") text = "Exporting. You may go on.";
     else if (desk.problem) text = desk.problem;
-    else if (view.number !== number && !desk.turn) text = "Learning the drawings…";
-    else if (desk.turn || desk.tilt) text = "The model from elsewhere; a double click brings it back.";
+    else if (view.number !== number && !scene.turned()) text = "Learning the drawings…";
+    else if (scene.turned()) text = scene.hint();
     else if (desk.tool === "look") text = desk.told?.solid ? "Drag to turn the model round." : desk.told?.said ? `${desk.told.said[0].toUpperCase()}${desk.told.said.slice(1)}.` : "This is what is exported.";
     else text = `${TOOLS[desk.tool][2]}.`;
     hint.textContent = text;
@@ -304,9 +279,11 @@ export function mount(el, bench) {
     Object.assign(time, { first: 0, last: motion.frames - 1, fps: motion.fps });
     time.keys = (cast?.keep ?? []).filter((keep) => keep.frames).map((keep) => ({ frame: keep.frames[0], color: "#f0b04a", chosen: false }));
     if (played) {
-      frames.of({ name: `played ${played}`, width: motion.width, height: motion.height, frames: motion.frames, open: bench.state.folder.at.open });
+      scene.of(motion, played, bench.state.folder.at.open);
       if (!redraw.open) view.resize(motion.width, motion.height);
     } else view.picture = null;
+    scene.fit();
+    compare();
     if (played !== playedBefore) redraw.refresh(cast);
     playedBefore = played;
     time.go(at);
@@ -339,6 +316,7 @@ export function mount(el, bench) {
         if (keys[event.key - 1]) redraw.show(...keys[event.key - 1]);
       } else if (event.key === "e") exportIt();
       else if (event.key === "Enter") playChosen();
+      else if (event.key === "g") scene.next(), compare();
       else if (event.key === "0") view.fit();
       else if (tool) choose(tool[0]);
       else return false;
