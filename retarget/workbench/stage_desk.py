@@ -12,7 +12,7 @@ from capture.motion.tracks import CartoonMotion
 from retarget.characters.casts.backdrop import is_color
 from retarget.characters.casts.castcheck import checked
 from retarget.characters.casts.castfile import Cast, CastKeep, read_cast
-from retarget.workbench import casts, folder, playing, solids, stage_keys, stage_space, upload
+from retarget.workbench import casts, folder, playing, redraw, solids, stage_keys, stage_space, upload
 from retarget.workbench.desks import Desk, Seen, Work
 from retarget.workbench.staged import At, Name, Number, number_of, png
 from retarget.workbench.staged import cast_of as _cast
@@ -47,6 +47,7 @@ def shown(state: State) -> dict[str, Any]:
     """What is played, by whom, and what could be: drawings of the folder."""
     motion, cast = state.motion, state.cast
     drawings = [one["file"] for one in folder.listed(state.folder) if one["kind"] == "drawing"] if state.name else []
+    drawings = [file for file in drawings if not redraw.is_edit(Path(file))]
     return {
         "motion": None if motion is None else _motion_shown(motion),
         "cast": None if cast is None else _cast_shown(cast),

@@ -1,7 +1,9 @@
 // The stage desk: who plays the captured motion, how they stand, what is behind them; seen live, and exported.
 import { button, fill, make, slider } from "./dom.js";
+import { makeLimbs } from "./limbs.js";
 import { makeRedraw } from "./redraw.js";
 import { SOURCES, makeScene } from "./scene.js";
+import { keyTools, keysPanel } from "./stage_keys.js";
 import { makeTimeline } from "./timeline.js";
 import { makeView, paintLine } from "./view.js";
 
@@ -28,13 +30,14 @@ export function mount(el, bench) {
 
   const now = () => bench.state.stage ?? {};
   const act = (name, fields, options) => bench.act(`stage.${name}`, fields, options);
-  const scene = makeScene(picture, view, bench, { came: () => show(), source: () => bench.state.capture?.clip, away: () => redraw.open });
+  const scene = makeScene(picture, view, bench, { came: () => show(), source: () => bench.state.capture?.clip, away: () => editor() !== null });
   const redraw = makeRedraw(bench, view, { changed: () => changed(), act });
+  const limbs = makeLimbs(bench, view, { changed: () => changed(), act });
+  const editor = () => (redraw.open ? redraw : limbs.open ? limbs : null); // of a key or body, in place of the stage
 
   const tools = {};
   for (const [name, [text, key, what]] of Object.entries(TOOLS)) {
     tools[name] = make("button.tool", { type: "button", title: `${what} (${key.toUpperCase()})`, onclick: () => choose(name) }, text);
-    rail.append(tools[name]);
   }
   const over = button("", "", () => (scene.next(), compare()));
   over.classList.add("over");
@@ -52,7 +55,7 @@ export function mount(el, bench) {
   }
 
   function show() {
-    if (!now().number || redraw.open) return;
+    if (!now().number || editor()) return;
     if (scene.show(time.frame)) desk.problem = "";
     explain();
   }
@@ -77,7 +80,7 @@ export function mount(el, bench) {
   const pinsHere = () => (now().cast?.keep ?? []).map((keep, n) => ({ ...keep, n, place: desk.drag?.n === n ? desk.drag.at : desk.told?.pins[n] ?? keep.at }));
 
   view.painters.push((context) => {
-    if (redraw.open) return redraw.paint(context);
+    if (editor()) return editor().paint(context);
     if (!now().number) return;
     scene.paint(context);
     const path = now().cast.follow;
@@ -109,7 +112,7 @@ export function mount(el, bench) {
 
   view.canvas.addEventListener("pointerdown", async (event) => {
     if (event.button !== 0 || !now().number) return;
-    if (redraw.open) return redraw.down(event);
+    if (editor()) return editor().down(event);
     view.canvas.setPointerCapture(event.pointerId);
     const at = view.toPicture(event);
     if (desk.tool === "pin") {
@@ -129,7 +132,7 @@ export function mount(el, bench) {
     }
   });
   view.canvas.addEventListener("pointermove", (event) => {
-    if (redraw.open) return redraw.move(event);
+    if (editor()) return editor().move(event);
     const at = view.toPicture(event);
     if (desk.line && Math.hypot(at[0] - desk.line.at(-1)[0], at[1] - desk.line.at(-1)[1]) > 2) desk.line.push(at);
     else if (desk.drag?.turn) {
@@ -142,7 +145,7 @@ export function mount(el, bench) {
     view.draw();
   });
   view.canvas.addEventListener("pointerup", async (event) => {
-    if (redraw.open) return redraw.up(event);
+    if (editor()) return editor().up(event);
     const [line, drag] = [desk.line, desk.drag];
     desk.line = null;
     desk.drag = null;
@@ -165,7 +168,7 @@ export function mount(el, bench) {
     let text = "";
     if (!motion) text = "Nothing was captured yet: do that at the capture desk, or open a *.motion.json.";
     else if (!cast) text = "Who plays it? Choose a drawing, a picture or a model at the right.";
-    else if (redraw.open) text = redraw.hint();
+    else if (editor()) text = editor().hint();
     else if (bench.running === "stage.export") text = "Exporting. You may go on.";
     else if (desk.problem) text = desk.problem;
     else if (view.number !== number && !scene.turned()) text = "Learning the drawings…";
@@ -177,6 +180,7 @@ export function mount(el, bench) {
   }
 
   function panel() {
+    fill(rail, ...(editor() ? keyTools({ redraw, limbs, act }) : Object.values(tools)));
     const { motion, cast, drawings = [], formats = {} } = now();
     if (!motion) return fill(side, make("h2", {}, "Who plays"), make("p.none", {}, "First a motion must be captured."));
     const asked = make("input", { type: "file", multiple: true, hidden: true, accept: ".svg,.png,.jpg,.jpeg,.webp,.glb,.gltf,.bin,.obj,.ply" });
@@ -212,8 +216,6 @@ export function mount(el, bench) {
         act("stand", { who: name, height: value }, { newest: "height", gesture: gestures[name] });
         if (done) delete gestures[name];
       }));
-    const keys = cast.parts.flatMap((part) => part.keys.map((key) =>
-      make("li", {}, make("button.key", { type: "button", "aria-current": String(redraw.is(part.name, key.name)), onclick: () => redraw.show(part, key) }, key.name, make("small", {}, key.outline.length ? `${key.outline.length} points` : key.file)))));
     const behind = make("input", { type: "text", value: cast.background, placeholder: "none, a colour, or a file", "aria-label": "Background" });
     behind.onchange = () => act("background", { what: behind.value.trim() });
     const ground = make("input", { type: "checkbox", checked: cast.ground });
@@ -226,7 +228,7 @@ export function mount(el, bench) {
     const run = button("Export", "E", exportIt, "primary");
     run.disabled = busy;
     fill(side, ...who,
-      keys.length ? make("h2", {}, "Its keys") : null, keys.length ? make("ol.keys", {}, ...keys) : null, redraw.open && button("Back to the stage", "Esc", redraw.close),
+      ...keysPanel(bench, cast, { redraw, limbs }),
       make("h2", {}, "How it stands"), ...heights, make("label.choice", {}, ground, make("span", {}, "on the source's ground")),
       make("div.row", {}, behind),
       cast.follow.length ? make("div.row", {}, button("Leave the path", "", () => act("follow", { path: [] }))) : null,
@@ -280,11 +282,11 @@ export function mount(el, bench) {
     time.keys = (cast?.keep ?? []).filter((keep) => keep.frames).map((keep) => ({ frame: keep.frames[0], color: "#f0b04a", chosen: false }));
     if (played) {
       scene.of(motion, played, bench.state.folder.at.open);
-      if (!redraw.open) view.resize(motion.width, motion.height);
+      if (!editor()) view.resize(motion.width, motion.height);
     } else view.picture = null;
     scene.fit();
     compare();
-    if (played !== playedBefore) redraw.refresh(cast);
+    if (played !== playedBefore) [redraw, limbs].forEach((one) => one.refresh(cast));
     playedBefore = played;
     time.go(at);
     panel();
@@ -308,7 +310,8 @@ export function mount(el, bench) {
     key(event) {
       if (event.target.matches?.("button, input") && (event.key === " " || event.key === "Enter")) return false;
       if (event.target.matches?.("input") && /^(Arrow|Home|End|Page)/.test(event.key)) return false; // a slider's own
-      if (event.key === "Escape" && redraw.open) return redraw.close(), true;
+      if (event.key === "Escape" && editor()) return editor().close(), true;
+      if (redraw.svg() && /^[dv]$/.test(event.key)) return redraw.pen(event.key === "d"), true;
       if (time.key(event)) return true;
       const tool = Object.entries(TOOLS).find(([, [, key]]) => key === event.key.toLowerCase());
       if (/^[1-9]$/.test(event.key)) {
