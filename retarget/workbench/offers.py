@@ -13,6 +13,7 @@ from capture.motion.tracks import CartoonMotion
 from retarget.characters.casts.cast import PICTURES
 from retarget.characters.models.meshfiles import MODELS
 from retarget.workbench import listing
+from retarget.workbench.redraw import is_edit
 
 BUILT_IN = "built-in:"  # before the name of a drawing that is not in the folder yet
 BORROWED = "characters"  # the folder that it is copied into
@@ -41,7 +42,11 @@ def offers(folder: Path, motion: CartoonMotion, clip: str = "") -> list[dict[str
     """Who could play this, best first; `clip`, the source's own file, is nobody."""
     parts = tuple((track.part, tuple(track.keys)) for track in motion.tracks)
     source = Path(clip).resolve() if clip else None
-    drawn = [one["file"] for one in listing.listing(folder).files if one["kind"] == "drawing"]
+    drawn = [
+        one["file"]
+        for one in listing.listing(folder).files
+        if one["kind"] == "drawing" and not is_edit(Path(one["file"]))
+    ]
     here = tuple(file for file in drawn if source is None or folder / file != source)
     return _offered(here, parts)
 

@@ -1,4 +1,4 @@
-"""Models on the stage seen from elsewhere: the same rasteriser, the same paint, a turned model."""
+"""Models on the stage seen from elsewhere, as pictures, for a page that cannot draw them itself (`solids`)."""
 
 from dataclasses import replace
 
@@ -6,11 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from retarget.stage.perform import Performance, Role
-
-
-def is_solid(performance: Performance) -> bool:
-    """Whether anybody on the stage is a model in space."""
-    return any(role.points.shape[-1] == 3 for role in performance.roles)
 
 
 def seen_from(performance: Performance, turn: float, tilt: float) -> Performance:

@@ -1,29 +1,26 @@
 """The stage desk: who plays the captured motion, how they stand, what is behind them; seen live, and exported."""
 
 from dataclasses import asdict, replace
-from itertools import count
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import msgspec
-import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.motion.tracks import CartoonMotion
-from capture.pictures.encode import over
 from retarget.characters.casts.backdrop import is_color
 from retarget.characters.casts.castcheck import checked
 from retarget.characters.casts.castfile import Cast, CastKeep, read_cast
-from retarget.workbench import casts, filenames, made, offers, orbit, parts, pictures, playing, redraw, upload
+from retarget.workbench import casts, filenames, made, offers, playing, redraw, solids, stage_keys, stage_space, upload
 from retarget.workbench.desks import Desk, Seen, Work
+from retarget.workbench.staged import At, Name, Number, number_of, png
+from retarget.workbench.staged import cast_of as _cast
+from retarget.workbench.staged import check_frame as _frame
+from retarget.workbench.staged import motion_of as _motion
+from retarget.workbench.staged import with_cast as _with
 from retarget.workbench.state import CAST, MOTION, State, file_of
 
-Number = Annotated[int, Meta(ge=0, le=10_000_000)]
-Place = Annotated[float, Meta(ge=-1e5, le=1e5)]
-At = tuple[Place, Place]
-Name = Annotated[str, Meta(min_length=1, max_length=200)]
 Files = Annotated[list[Name], Meta(min_length=1, max_length=200)]
 Height = Annotated[float, Meta(gt=0, le=50)]
 Piece = Annotated[bytes, Meta(max_length=2**19)]
@@ -44,8 +41,6 @@ FORMATS = {
     ".csv": "curves as CSV",
     ".curves.json": "curves as JSON",
 }
-_numbers = count(1)  # of what is played, so that the page knows one from another
-_numbered: list[tuple[CartoonMotion, Cast, int]] = []
 
 
 def shown(state: State) -> dict[str, Any]:
@@ -55,7 +50,7 @@ def shown(state: State) -> dict[str, Any]:
     return {
         "motion": None if motion is None else _motion_shown(motion),
         "cast": None if cast is None else _cast_shown(cast),
-        "number": _number(motion, cast),
+        "number": number_of(state),
         "offers": [] if motion is None else offers.offers(state.folder, motion, source),
         "plays": [] if cast is None else _plays(state, cast),
         "made": made.shown(state),
@@ -143,25 +138,6 @@ def unpin(state: State, number: Number) -> State:
     return _with(state, replace(_cast(state), keep=tuple(one for one in _cast(state).keep if one is not gone)))
 
 
-def drag_point(state: State, part: Name, key: Name, index: Number, to: At, reach: Place = 0.0) -> State:
-    """Drag a point of a key's outline."""
-    drawn = casts.key_of(_cast(state), part, key)[1]
-    if index >= len(drawn.outline):
-        raise InputError(f"key {key!r} has an outline of {len(drawn.outline)} points, there is no point {index}")
-    moved = parts.dragged(np.array(drawn.outline), index, to, reach)
-    return _with(state, casts.with_key(_cast(state), part, replace(drawn, outline=parts.rounded(moved))))
-
-
-def pull(state: State, part: Name, key: Name, at: At, to: At, reach: Place) -> State:
-    """Pull a key drawing into shape."""
-    cast = _cast(state)
-    drawn = casts.key_of(cast, part, key)[1]
-    new = redraw.written(_file(state, part, key), (np.array(at), np.array(to), reach))
-    base = cast.folder.resolve()
-    name = new.resolve().relative_to(base) if new.resolve().is_relative_to(base) else new.resolve()
-    return _with(state, casts.with_key(cast, part, replace(drawn, drawing=str(name))))
-
-
 def load(state: State, name: Name, at: Number, data: Piece, last: bool = True) -> State:
     """Load a drawing into the folder."""
     upload.put(state.folder, name, at, data, last)
@@ -174,15 +150,7 @@ def load(state: State, name: Name, at: Number, data: Piece, last: bool = True) -
 def frame(state: State, frame: Number) -> Seen:
     """A frame of the performance, as it is exported."""
     _frame(state, frame)
-    return _png(playing.picture(playing.play(_motion(state), _cast(state)), frame))
-
-
-def turned(state: State, frame: Number, turn: Place, tilt: Place = 0.0) -> Seen:
-    """A frame with its models seen from elsewhere: turned and tilted by so many degrees."""
-    _frame(state, frame)
-    played = playing.play(_motion(state), _cast(state))
-    seen = orbit.seen_from(played.performance, float(np.radians(turn)), float(np.radians(tilt)))
-    return _png(playing.picture(played._replace(performance=seen), frame))
+    return png(playing.picture(playing.play(_motion(state), _cast(state)), frame))
 
 
 def told(state: State) -> Seen:
@@ -193,25 +161,15 @@ def told(state: State) -> Seen:
         "pins": casts.pin_places(played.performance, cast, motion),
         "said": played.said,
         "notes": list(played.notes),
-        "solid": orbit.is_solid(played.performance),
+        "solid": any(map(solids.is_solid, played.performance.roles)),
     }
     return Seen("application/json", msgspec.json.encode(said))
-
-
-def drawing(
-    state: State, part: Name, key: Name, at: At | None = None, to: At | None = None, reach: Place = 0.0
-) -> Seen:
-    """The drawing of a key, with a pull at it if there is one: what `pull` would make of it."""
-    held = (np.array(at), np.array(to), reach) if at is not None and to is not None else None
-    file = _file(state, part, key)
-    picture = over(redraw.picture(file, held))  # paper, so that dark lines show
-    return _png(picture)._replace(said={"svg": file.suffix.lower() == ".svg"})
 
 
 def small(state: State, file: Name) -> Seen:
     """A drawing as small as a list shows it."""
     path = offers.drawing(file) or filenames.inside(state.folder, file)
-    return _png(redraw.small(path, path.stat().st_mtime_ns))
+    return png(redraw.small(path, path.stat().st_mtime_ns))
 
 
 # --- work: long, in a process of its own ----------------------------------------------------------------------------
@@ -271,7 +229,7 @@ def _prepare_export(
         "cast": str(file_of(state, CAST)),
         "out": str(out_of(state, kind)),
         "size": size,
-        "number": _number(state.motion, state.cast),
+        "number": number_of(state),
     }
 
 
@@ -294,10 +252,11 @@ DESK = Desk(
         one.__name__: one
         for one in (
             *(play, stand, between, background, ground, follow),
-            *(pin, pin_feet, move_pin, unpin, drag_point, pull, load),
+            *(pin, pin_feet, move_pin, unpin, load),
         )
-    },
-    looks={"frame": frame, "turned": turned, "told": told, "drawing": drawing, "small": small, "made": made.piece},
+    }
+    | stage_keys.ACTIONS,
+    looks={"frame": frame, "told": told, "small": small, "made": made.piece, **stage_space.LOOKS, **stage_keys.LOOKS},
     work={
         "propose": Work(_prepare_propose, propose, proposed),
         "export": Work(_prepare_export, export, _exported),
@@ -305,45 +264,11 @@ DESK = Desk(
 )
 
 
-def _motion(state: State) -> CartoonMotion:
-    if state.motion is None:
-        raise InputError("there must be a captured motion to be played: capture one first, or open one")
-    return state.motion
-
-
-def _cast(state: State) -> Cast:
-    _motion(state)
-    if state.cast is None:
-        raise InputError("somebody must play: choose a drawing first")
-    return state.cast
-
-
-def _with(state: State, cast: Cast) -> State:
-    return replace(state, cast=checked(cast))
-
-
-def _frame(state: State, frame: int) -> None:
-    frames = len(_motion(state).times)
-    if frame >= frames:
-        raise InputError(f"the motion has frames 0 to {frames - 1}, there is no frame {frame}")
-
-
 def _keep(state: State, number: int) -> CastKeep:
     keeps = _cast(state).keep
     if number >= len(keeps):
         raise InputError(f"there are {len(keeps)} pins, counted from 0; there is no pin {number}")
     return keeps[number]
-
-
-def _file(state: State, part: str, key: str) -> Path:
-    """The file of a key's drawing; the page sees none that lies outside the folder."""
-    cast = _cast(state)
-    one, drawn = casts.key_of(cast, part, key)
-    return filenames.inside(state.folder, str((cast.folder / (drawn.drawing or one.drawing)).resolve()))
-
-
-def _png(picture: NDArray) -> Seen:
-    return Seen("image/png", pictures.png(np.ascontiguousarray(picture)))
 
 
 def _motion_shown(motion: CartoonMotion) -> dict[str, Any]:
@@ -366,15 +291,3 @@ def _plays(state: State, cast: Cast) -> list[str]:
     root = state.folder.resolve()
     files = [file.resolve() for file in playing.files_of(replace(cast, background=""))]
     return sorted({file.relative_to(root).as_posix() for file in files if file.is_relative_to(root)})
-
-
-def _number(motion: CartoonMotion | None, cast: Cast | None) -> int:
-    """The same for the same motion and cast, 0 where nothing can be played."""
-    if motion is None or cast is None:
-        return 0
-    for old, who, number in _numbered:
-        if old is motion and who == cast:
-            return number
-    _numbered.insert(0, (motion, cast, next(_numbers)))
-    del _numbered[8:]
-    return _numbered[0][2]

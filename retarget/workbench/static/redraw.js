@@ -1,11 +1,13 @@
-// A key's own drawing at the stage desk: points of its outline are dragged, an SVG is pulled into shape.
+// A key's own drawing at the stage desk: points of its outline are dragged, an SVG is pulled into shape or redrawn.
+import { makePen } from "./pen.js";
 import { dragged } from "./tools.js";
 import { paintDots, paintLine } from "./view.js";
 
 const NEAR = 14;
 
 export function makeRedraw(bench, view, { changed, act }) {
-  const redraw = { open: false };
+  const redraw = { open: false, draws: false }; // an SVG is redrawn by the pen, or pulled
+  const pen = makePen(bench, view);
   let which = null; // {part, key, size, svg}
   let drag = null;
   let reach = 60; // pixels of the drawing
@@ -27,6 +29,7 @@ export function makeRedraw(bench, view, { changed, act }) {
       redraw.open = true;
       view.picture = bitmap;
       view.resize(bitmap.width, bitmap.height);
+      if (svg && !pull.at) pen.learn(part, key).catch((error) => bench.say(error.message));
       if (first) reach = Math.max(bitmap.width, bitmap.height) / 8;
       view.draw();
     } catch (error) {
@@ -37,6 +40,7 @@ export function makeRedraw(bench, view, { changed, act }) {
   redraw.close = () => {
     redraw.open = false;
     which = drag = null;
+    pen.forget();
     changed();
   };
 
@@ -50,10 +54,21 @@ export function makeRedraw(bench, view, { changed, act }) {
     view.draw();
   };
 
+  redraw.svg = () => redraw.open && which.svg;
+  redraw.bare = () => redraw.open && !which.svg && !which.key.outline.length; // a picture whose outline nobody has told
+  redraw.part = () => which.part;
+  redraw.pen = (on) => {
+    redraw.draws = on;
+    view.canvas.style.cursor = on ? "crosshair" : "default";
+    changed();
+  };
+  const drawing = () => redraw.draws && which.svg && !which.key.outline.length;
+
   redraw.hint = () =>
     which.key.outline.length ? "Drag points of the outline; Shift drags one alone."
+    : drawing() ? "Draw along a stroke, from where it is to change to where it goes on as it was; or round, for all of it."
     : which.svg ? "Pull the drawing into shape; the wheel with Shift changes how much comes along. The file that came is kept."
-    : "This picture has no outline of its own: propose keys to get one, then drag its points.";
+    : "This picture's outline comes of itself: take it in hand, then drag its points.";
 
   const outline = () => drag?.points ?? which.key.outline;
 
@@ -61,7 +76,8 @@ export function makeRedraw(bench, view, { changed, act }) {
     if (outline().length) {
       paintLine(context, view, outline(), { color: "#5b9dff" });
       paintDots(context, view, outline(), { color: "#5b9dff", marked: drag?.index ?? -1 });
-    } else if (drag) {
+    } else if (drawing()) pen.paint(context);
+    else if (drag) {
       const [x, y] = view.toScreen(drag.to);
       context.beginPath();
       context.arc(x, y, reach * view.scale, 0, 2 * Math.PI);
@@ -73,6 +89,7 @@ export function makeRedraw(bench, view, { changed, act }) {
 
   redraw.down = (event) => {
     const at = view.toPicture(event);
+    if (drawing()) return pen.down(at) && view.canvas.setPointerCapture(event.pointerId);
     const points = which.key.outline;
     if (!points.length) {
       if (which.svg) drag = { at, to: at };
@@ -86,6 +103,7 @@ export function makeRedraw(bench, view, { changed, act }) {
   };
 
   redraw.move = (event) => {
+    if (drawing()) return pen.move(view.toPicture(event));
     if (!drag) return;
     const to = view.toPicture(event);
     if (drag.from) {
@@ -114,7 +132,9 @@ export function makeRedraw(bench, view, { changed, act }) {
   }
 
   redraw.up = async (event) => {
-    if (!drag) return;
+    const drawn = drawing() && pen.up();
+    if (drawn) await act("draw", { part: which.part, key: which.key.name, ...drawn });
+    if (!drag) return view.draw();
     const held = drag;
     const to = view.toPicture(event);
     if (held.from) {

@@ -1,11 +1,13 @@
 // The stage desk: who plays the captured motion, how they stand, what is behind them; seen live, and exported.
 import { button, fill, make, place, slider } from "./dom.js";
-import { makeFrames } from "./frames.js";
 import { key, ownKey, press } from "./keys.js";
+import { makeLimbs } from "./limbs.js";
 import { madeOf } from "./made.js";
 import { makePlayers } from "./players.js";
 import { makeRedraw } from "./redraw.js";
+import { SOURCES, makeScene } from "./scene.js";
 import { arrived, send } from "./sending.js";
+import { keyTools, keysPanel } from "./stage_keys.js";
 import { makeTimeline } from "./timeline.js";
 import { makeView, paintLine } from "./view.js";
 
@@ -28,19 +30,28 @@ export function mount(el, bench) {
   el.append(rail, stage, side, below);
   const view = makeView(picture);
   place(view.canvas, "The stage");
-  const frames = makeFrames(bench, "stage.frame");
   const time = makeTimeline(below, { went: show, keyChosen: ({ frame }) => time.go(frame) });
-  const desk = { tool: "look", chosen: new Set(), kind: ".gif", told: null, toldOf: 0, line: null, drag: null, turn: 0, tilt: 0, problem: "" };
+  const desk = { tool: "look", chosen: new Set(), kind: ".gif", told: null, toldOf: 0, line: null, drag: null, problem: "" };
 
   const now = () => bench.state.stage ?? {};
   const act = (name, fields, options) => bench.act(`stage.${name}`, fields, options);
   const players = makePlayers(bench, desk, { changed: () => panel(), load: upload, accepts: DRAWINGS, says: (text) => (hint.textContent = text) });
+  const scene = makeScene(picture, view, bench, { came: () => show(), source: () => bench.state.capture?.clip, away: () => editor() !== null });
   const redraw = makeRedraw(bench, view, { changed: () => changed(), act });
+  const limbs = makeLimbs(bench, view, { changed: () => changed(), act });
+  const editor = () => (redraw.open ? redraw : limbs.open ? limbs : null); // of a key or body, in place of the stage
 
   const tools = {};
   for (const [name, [text, key, what]] of Object.entries(TOOLS)) {
     tools[name] = make("button.tool", { type: "button", title: `${what} (${key.toUpperCase()})`, onclick: () => choose(name) }, text);
-    rail.append(tools[name]);
+  }
+  const over = button("", "", () => (scene.next(), compare()));
+  over.classList.add("over");
+  below.firstElementChild.append(over);
+  function compare() {
+    over.textContent = SOURCES[scene.shows];
+    over.disabled = !bench.state.capture?.clip;
+    over.title = over.disabled ? "The clip that this was captured from is not here" : "The source's frame over the result, or beside it (G)";
   }
   function choose(name) {
     desk.tool = name;
@@ -49,41 +60,9 @@ export function mount(el, bench) {
     explain();
   }
 
-  // Pictures.
-
   function show() {
-    if (!now().number || redraw.open) return;
-    if (desk.turn || desk.tilt) return turned();
-    const bitmap = frames.want(time.frame);
-    if (bitmap) {
-      view.picture = bitmap;
-      view.frame = time.frame;
-      view.number = now().number;
-      desk.problem = "";
-    }
-    view.draw();
-    explain();
-  }
-  frames.came = (number) => number === time.frame && show();
-
-  // A model seen from elsewhere: one picture is asked for at a time, the newest place wins.
-  let asking = false;
-  let again = false;
-  async function turned() {
-    again = true;
-    if (asking) return;
-    asking = true;
-    while (again) {
-      again = false;
-      try {
-        const { bitmap } = await bench.picture("stage.turned", { frame: time.frame, turn: desk.turn, tilt: desk.tilt });
-        if (desk.turn || desk.tilt) Object.assign(view, { picture: bitmap, frame: time.frame, turn: desk.turn });
-        view.draw();
-      } catch (error) {
-        bench.say(error.message);
-      }
-    }
-    asking = false;
+    if (!now().number || editor()) return;
+    if (scene.show(time.frame)) desk.problem = "";
     explain();
   }
 
@@ -107,8 +86,9 @@ export function mount(el, bench) {
   const pinsHere = () => (now().cast?.keep ?? []).map((keep, n) => ({ ...keep, n, place: desk.drag?.n === n ? desk.drag.at : desk.told?.pins[n] ?? keep.at }));
 
   view.painters.push((context) => {
-    if (redraw.open) return redraw.paint(context);
+    if (editor()) return editor().paint(context);
     if (!now().number) return;
+    scene.paint(context);
     const path = now().cast.follow;
     if (path.length) paintLine(context, view, path, { color: "#35c9bb", closed: false, dash: [8, 6] });
     if (desk.line) paintLine(context, view, desk.line, { color: "#35c9bb", closed: false });
@@ -138,7 +118,7 @@ export function mount(el, bench) {
 
   view.canvas.addEventListener("pointerdown", async (event) => {
     if (event.button !== 0 || !now().number) return;
-    if (redraw.open) return redraw.down(event);
+    if (editor()) return editor().down(event);
     view.canvas.setPointerCapture(event.pointerId);
     const at = view.toPicture(event);
     if (desk.tool === "pin") {
@@ -154,18 +134,16 @@ export function mount(el, bench) {
         return Math.hypot(x - event.clientX + box.left, y - event.clientY + box.top) < 12;
       });
       if (pin) desk.drag = { n: pin.n, at, gesture: bench.gesture() };
-      else if (desk.told?.solid) desk.drag = { from: [event.clientX, event.clientY, desk.turn, desk.tilt] };
+      else if (desk.told?.solid) desk.drag = { turn: scene.grab(event) };
     }
   });
   view.canvas.addEventListener("pointermove", (event) => {
-    if (redraw.open) return redraw.move(event);
+    if (editor()) return editor().move(event);
     const at = view.toPicture(event);
     if (desk.line && Math.hypot(at[0] - desk.line.at(-1)[0], at[1] - desk.line.at(-1)[1]) > 2) desk.line.push(at);
-    else if (desk.drag?.from) {
-      const [x, y, turn, tilt] = desk.drag.from;
-      desk.turn = turn + (event.clientX - x) / 2;
-      desk.tilt = Math.max(-85, Math.min(85, tilt + (event.clientY - y) / 2));
-      turned();
+    else if (desk.drag?.turn) {
+      desk.drag.turn(event);
+      show();
     } else if (desk.drag) {
       desk.drag.at = at;
       act("move_pin", { number: desk.drag.n, to: at }, { newest: "pin", gesture: desk.drag.gesture });
@@ -173,7 +151,7 @@ export function mount(el, bench) {
     view.draw();
   });
   view.canvas.addEventListener("pointerup", async (event) => {
-    if (redraw.open) return redraw.up(event);
+    if (editor()) return editor().up(event);
     const [line, drag] = [desk.line, desk.drag];
     desk.line = null;
     desk.drag = null;
@@ -185,7 +163,7 @@ export function mount(el, bench) {
     view.draw();
   });
   view.canvas.addEventListener("dblclick", () => {
-    if (desk.turn || desk.tilt) [desk.turn, desk.tilt] = [0, 0];
+    scene.home();
     show();
   });
 
@@ -196,11 +174,11 @@ export function mount(el, bench) {
     let text = "";
     if (!motion) text = "Nothing was captured yet: do that at the capture desk, or open a *.motion.json.";
     else if (!cast) text = players.hint();
-    else if (redraw.open) text = redraw.hint();
+    else if (editor()) text = editor().hint();
     else if (bench.running === "stage.export") text = "Exporting. You may go on.";
     else if (desk.problem) text = desk.problem;
-    else if (view.number !== number && !desk.turn) text = "Learning the drawings…";
-    else if (desk.turn || desk.tilt) text = "The model from elsewhere; a double click brings it back.";
+    else if (view.number !== number && !scene.turned()) text = "Learning the drawings…";
+    else if (scene.turned()) text = scene.hint();
     else if (desk.tool === "look") text = desk.told?.solid ? "Drag to turn the model round." : desk.told?.said ? `${desk.told.said[0].toUpperCase()}${desk.told.said.slice(1)}.` : "This is what is exported.";
     else text = `${TOOLS[desk.tool][2]}.`;
     hint.textContent = text;
@@ -208,6 +186,7 @@ export function mount(el, bench) {
   }
 
   function panel() {
+    fill(rail, ...(editor() ? keyTools({ redraw, limbs, act }) : Object.values(tools)));
     const { motion, cast, formats = {} } = now();
     if (!motion) return fill(side, make("h2", {}, "Who plays"), make("p.none", {}, "First a motion must be captured."),
       make("div.row", {}, bench.state.capture?.clip && button("To the capture desk", "", () => bench.show("capture"), "primary")),
@@ -224,8 +203,6 @@ export function mount(el, bench) {
         act("stand", { who: name, height: value }, { newest: "height", gesture: gestures[name] });
         if (done) delete gestures[name];
       }));
-    const keys = cast.parts.flatMap((part) => part.keys.map((key) =>
-      make("li", {}, make("button.key", { type: "button", "aria-current": String(redraw.is(part.name, key.name)), onclick: () => redraw.show(part, key) }, key.name, make("small", {}, key.outline.length ? `${key.outline.length} points` : key.file)))));
     const behind = make("input", { type: "text", value: cast.background, placeholder: "none, a colour, or a file", "aria-label": "Background" });
     behind.onchange = () => act("background", { what: behind.value.trim() });
     const ground = make("input", { type: "checkbox", checked: cast.ground });
@@ -239,7 +216,7 @@ export function mount(el, bench) {
     const run = button("Export", "E", exportIt, isDone ? "" : "primary");
     run.disabled = busy;
     fill(side, ...who,
-      keys.length ? make("h2", {}, "Its keys") : null, keys.length ? make("ol.keys", {}, ...keys) : null, redraw.open && button("Back to the stage", "Esc", redraw.close),
+      ...keysPanel(bench, cast, { redraw, limbs }),
       make("h2", {}, "How it stands"), ...heights, make("label.choice", {}, ground, make("span", {}, "on the source's ground")),
       make("div.row", {}, behind),
       cast.follow.length ? make("div.row", {}, button("Leave the path", "", () => act("follow", { path: [] }))) : null,
@@ -279,10 +256,12 @@ export function mount(el, bench) {
     Object.assign(time, { first: 0, last: motion.frames - 1, fps: motion.fps });
     time.keys = (cast?.keep ?? []).filter((keep) => keep.frames).map((keep) => ({ frame: keep.frames[0], color: "#f0b04a", chosen: false }));
     if (played) {
-      frames.of({ name: `played ${played}`, width: motion.width, height: motion.height, frames: motion.frames, open: bench.state.folder.at.open });
-      if (!redraw.open) view.resize(motion.width, motion.height);
+      scene.of(motion, played, bench.state.folder.at.open);
+      if (!editor()) view.resize(motion.width, motion.height);
     } else view.picture = null;
-    if (played !== playedBefore) redraw.refresh(cast);
+    scene.fit();
+    compare();
+    if (played !== playedBefore) [redraw, limbs].forEach((one) => one.refresh(cast));
     playedBefore = played;
     time.go(at);
     panel();
@@ -302,7 +281,10 @@ export function mount(el, bench) {
   const keys = [
     ...time.keys,
     key("1-9", "A key drawing, to correct it", (event) => (drawn(event.key) ? redraw.show(...drawn(event.key)) : false)),
-    key("Escape", "Back to the stage", () => (redraw.open ? redraw.close() : false)),
+    key("Escape", "Back to the stage", () => (editor() ? editor().close() : false)),
+    key("d", "Draw a line of a key anew, while it is open", () => (redraw.svg() ? redraw.pen(true) : false)),
+    key("v", "Pull a key's lines, while it is open", () => (redraw.svg() ? redraw.pen(false) : false)),
+    key("g", "The source over the result, or beside it", () => (scene.next(), compare())),
     key("Enter", "Let the chosen drawings play", () => players.play()),
     key("e", "Export", exportIt),
     ...Object.entries(TOOLS).map(([name, [, letter, what]]) => key(letter, what, () => choose(name))),

@@ -1,15 +1,12 @@
 // Figures of joints and links in space, seen without perspective; dragging beside them turns the view.
+import { cleared, makeCanvas, onceAPicture } from "./canvas.js";
 
 const FLOOR = 8; // lines each way, half a metre apart
 
 export function makeSticks(el) {
-  const canvas = document.createElement("canvas");
-  canvas.className = "view";
-  canvas.tabIndex = 0;
-  el.append(canvas);
+  const canvas = makeCanvas(el);
   const context = canvas.getContext("2d", { willReadFrequently: true }); // drawn by the processor: thin lines are quicker so
   const sticks = { canvas, turn: 0.35, tilt: 0.12, scale: 200, middle: [0, 0.85, 0], figures: [], painters: [] };
-  let asked = false;
 
   // To the screen, with depth as the third number, larger nearer to the viewer.
   sticks.seen = ([x, y, z]) => {
@@ -31,26 +28,13 @@ export function makeSticks(el) {
     sticks.draw();
   };
 
-  sticks.draw = () => {
-    if (asked) return;
-    asked = true;
-    requestAnimationFrame(() => {
-      asked = false;
-      const dense = window.devicePixelRatio || 1;
-      const [wide, tall] = [canvas.clientWidth, canvas.clientHeight];
-      if (!wide || !tall) return;
-      if (canvas.width !== Math.round(wide * dense) || canvas.height !== Math.round(tall * dense)) {
-        canvas.width = Math.round(wide * dense);
-        canvas.height = Math.round(tall * dense);
-      }
-      context.setTransform(dense, 0, 0, dense, 0, 0);
-      context.clearRect(0, 0, wide, tall);
-      floor();
-      for (const figure of sticks.figures) paint(figure);
-      sticks.painters.forEach((paintMore) => paintMore(context));
-      sticks.drawn?.();
-    });
-  };
+  sticks.draw = onceAPicture(() => {
+    if (!cleared(canvas, context)) return;
+    floor();
+    for (const figure of sticks.figures) paint(figure);
+    sticks.painters.forEach((paintMore) => paintMore(context));
+    sticks.drawn?.();
+  });
 
   function floor() {
     const [x, , z] = sticks.middle.map((value) => Math.round(value * 2) / 2);

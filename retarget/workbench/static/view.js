@@ -1,23 +1,20 @@
 // A picture that can be zoomed and moved, with things painted over it.
 // Pixels are the picture's: (0, 0) is the centre of its top-left pixel.
+import { cleared, makeCanvas, onceAPicture } from "./canvas.js";
 
 export function makeView(el) {
-  const canvas = document.createElement("canvas");
-  canvas.className = "view";
-  canvas.tabIndex = 0;
-  canvas.setAttribute("role", "img");
-  canvas.setAttribute("aria-label", "The picture");
-  el.append(canvas);
+  const canvas = makeCanvas(el, { role: "img", "aria-label": "The picture" });
   const context = canvas.getContext("2d");
-  const view = { canvas, scale: 1, x: 0, y: 0, picture: null, frame: -1, size: [1, 1], painters: [] };
+  // Something `beneath` may be drawn in place of the picture, on the same pixels: then it returns true.
+  const view = { canvas, scale: 1, x: 0, y: 0, picture: null, frame: -1, size: [1, 1], painters: [], beneath: null, beside: 0 };
   let fitted = true; // until somebody zooms: then the picture stays where it was put
-  let asked = false;
 
   view.fit = () => {
     const [width, height] = view.size;
     const room = 8;
-    view.scale = Math.min((canvas.clientWidth - 2 * room) / width, (canvas.clientHeight - 2 * room) / height);
-    view.x = (canvas.clientWidth - view.scale * width) / 2;
+    const all = width + view.beside; // pixels to its left are seen too
+    view.scale = Math.min((canvas.clientWidth - 2 * room) / all, (canvas.clientHeight - 2 * room) / height);
+    view.x = (canvas.clientWidth - view.scale * all) / 2 + view.scale * view.beside;
     view.y = (canvas.clientHeight - view.scale * height) / 2;
     fitted = true;
     view.draw();
@@ -33,28 +30,15 @@ export function makeView(el) {
   };
   view.toScreen = ([x, y]) => [view.x + (x + 0.5) * view.scale, view.y + (y + 0.5) * view.scale];
 
-  view.draw = () => {
-    if (asked) return;
-    asked = true;
-    requestAnimationFrame(() => {
-      asked = false;
-      const dense = window.devicePixelRatio || 1;
-      const [wide, tall] = [canvas.clientWidth, canvas.clientHeight];
-      if (!wide || !tall) return;
-      if (canvas.width !== Math.round(wide * dense) || canvas.height !== Math.round(tall * dense)) {
-        canvas.width = Math.round(wide * dense);
-        canvas.height = Math.round(tall * dense);
-      }
-      context.setTransform(dense, 0, 0, dense, 0, 0);
-      context.clearRect(0, 0, wide, tall);
-      if (view.picture) {
-        context.imageSmoothingEnabled = view.scale < 3;
-        context.drawImage(view.picture, view.x, view.y, view.scale * view.size[0], view.scale * view.size[1]);
-      }
-      view.painters.forEach((paint) => paint(context, view));
-      view.drawn?.();
-    });
-  };
+  view.draw = onceAPicture(() => {
+    if (!cleared(canvas, context)) return;
+    if (!view.beneath?.() && view.picture) {
+      context.imageSmoothingEnabled = view.scale < 3;
+      context.drawImage(view.picture, view.x, view.y, view.scale * view.size[0], view.scale * view.size[1]);
+    }
+    view.painters.forEach((paint) => paint(context, view));
+    view.drawn?.();
+  });
 
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
