@@ -14,6 +14,7 @@ A message's "id" comes back in the answers to it, the last of which is done, see
 
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from threading import RLock, Timer
 from typing import Any
@@ -145,8 +146,12 @@ class Session:
 
     def _reload(self) -> list[Event]:
         """What is on disk now, whoever wrote it; what was there before can be had again by undoing."""
-        from retarget.workbench.state import open_file
+        from retarget.workbench.state import open_file, pose_file
 
+        if self.state.figure is not None:
+            fresh = replace(pose_file(self.state, self.state.figure.file), name=self.state.name)
+            saving.note(self._saved, fresh)
+            return self._become(history.done(self.history, fresh, "read the files again"))
         files = [file for file in folder.listed(self.state.folder) if file["kind"] in ("shot", "motion", "cast")]
         named = [one["file"] for one in files if one["file"].startswith(f"{self.state.name}.")]
         if not named:

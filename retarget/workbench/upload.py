@@ -4,12 +4,13 @@ import os
 from pathlib import Path
 
 from capture.errors import InputError
+from mocap.posing.sounds import SOUNDS
 from retarget.characters.casts.backdrop import STILLS
 from retarget.characters.casts.cast import DRAWINGS
 from retarget.workbench.state import CLIPS
 
 LARGEST = 200 * 2**20  # bytes of a file
-KINDS = {*DRAWINGS, *STILLS, *CLIPS, ".bin", ".mtl", ".bvh"}
+KINDS = {*DRAWINGS, *STILLS, *CLIPS, ".bin", ".mtl", ".bvh", *SOUNDS, ".mid", ".midi"}
 
 
 def put(folder: Path, name: str, at: int, data: bytes, last: bool) -> Path | None:

@@ -8,7 +8,7 @@ export function makeSticks(el) {
   canvas.tabIndex = 0;
   el.append(canvas);
   const context = canvas.getContext("2d", { willReadFrequently: true }); // drawn by the processor: thin lines are quicker so
-  const sticks = { canvas, turn: 0.35, tilt: 0.12, scale: 200, middle: [0, 0.85, 0], figures: [], painters: [] };
+  const sticks = { canvas, turn: 0.35, tilt: 0.12, scale: 200, middle: [0, 0.85, 0], figures: [], painters: [], floor: true };
   let asked = false;
 
   // To the screen, with depth as the third number, larger nearer to the viewer.
@@ -45,7 +45,7 @@ export function makeSticks(el) {
       }
       context.setTransform(dense, 0, 0, dense, 0, 0);
       context.clearRect(0, 0, wide, tall);
-      floor();
+      if (sticks.floor) floor();
       for (const figure of sticks.figures) paint(figure);
       sticks.painters.forEach((paintMore) => paintMore(context));
       sticks.drawn?.();
