@@ -3,12 +3,11 @@
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
 from capture.errors import InputError
 from mocap.posing.beats import Beats
 from mocap.skeletons.skeleton import SkeletonMotion
 from retarget.characters.bodies.marked import MarkedDrawing
+from retarget.characters.figures.dancer import BUILT_IN, Dancer, read_dancer
 from retarget.workbench import music
 from retarget.workbench.desks import Work
 from retarget.workbench.figure import RUBBER, Figure, figure_of
@@ -67,20 +66,13 @@ def save_pose(state: State, kind: Kind = ".bvh") -> State:
         write_bvh(motion, out)
     elif figure.drawing is not None:
         _write_drawn(figure, out)
-    elif kind == ".png":
-        _write_sticks(figure, out)
     else:
-        from retarget.characters.figures.dancer import BUILT_IN, read_dancer
-        from retarget.commands.onward import write_performed
-
-        dancer = read_dancer(figure.file if figure.file in BUILT_IN else str(state.folder / figure.file))
-        write_performed(motion, dancer, out, None, SIZE, None)
+        _write_posed(motion, _dancer(state.folder, figure.file), out)
     return state
 
 
 def export(what: str, folder: str, file: str, name: str, out: str) -> dict[str, Any]:
     """Write the dance or the rubber into a file."""
-    from retarget.characters.figures.dancer import BUILT_IN, read_dancer
     from retarget.commands import rubbering
     from retarget.commands.onward import write_performed
 
@@ -90,7 +82,7 @@ def export(what: str, folder: str, file: str, name: str, out: str) -> dict[str, 
         said = rubbering.exaggerate(Path(folder) / file, path, **sliders)
         return {"said": said.replace(str(path.parent), path.parent.name)}
     motion, beats = dance_of(figure)
-    dancer = read_dancer(file if file in BUILT_IN else str(Path(folder) / file))
+    dancer = _dancer(Path(folder), file)
     drawing = None if path.suffix == ".bvh" else dancer.drawing
     song = None if figure.music is None else Path(folder) / figure.music.file
     write_performed(motion, dancer, path, drawing, SIZE, (song, beats))
@@ -142,15 +134,19 @@ def _write_drawn(figure: Figure, out: Path) -> None:
         Image.fromarray(draw2d.draw(shown, 0)).save(beside)
 
 
-def _write_sticks(figure: Figure, out: Path) -> None:
+def _write_posed(motion: SkeletonMotion, dancer: Dancer, out: Path) -> None:
+    """A skeleton in its pose, or the model whose skeleton it is."""
     from PIL import Image
 
     from capture.files import written_beside
-    from mocap import sticks
+    from retarget.commands.onward import pictures, write_performed
 
-    places, skeleton = figure.pose.positions[None], figure.skeleton
-    view = sticks.view_of(places, (SIZE, SIZE), float(np.radians(20)))
-    thick = 0.06 * float(skeleton.lengths().max())
-    drawn = sticks.draw(places, skeleton.parents, view, thick, sticks.sides(skeleton.names))
-    with written_beside(out) as beside:
-        Image.fromarray(next(iter(drawn))).save(beside)
+    if out.suffix == ".png":
+        with written_beside(out) as beside:
+            Image.fromarray(next(iter(pictures(motion, dancer, SIZE)))).save(beside)
+    else:
+        write_performed(motion, dancer, out, None, SIZE, None)
+
+
+def _dancer(folder: Path, file: str) -> Dancer:
+    return read_dancer(file if file in BUILT_IN else str(folder / file))

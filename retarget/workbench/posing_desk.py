@@ -168,8 +168,8 @@ def danced(state: State, start: Moment = 0.0, seconds: Moment | None = None) -> 
         said = {"fps": FPS, "first": 0 if between is None else int(np.ceil(start * FPS - 1e-9)), "bpm": beats.bpm}
         if figure.drawing is None:
             return numbers(motion.positions(), **said)
-        parts, names = puppet.parts_dancing(figure.drawing, motion)
-    return numbers(parts, parts=names, **said)
+        parts, names = puppet.parts_dancing(figure.drawing, motion, between is None)
+    return numbers(parts, parts=names, root=figure.drawing.character.marks.places[0].tolist(), **said)
 
 
 def mesh(state: State, parts: Parts | None = None) -> Seen:

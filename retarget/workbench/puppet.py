@@ -5,11 +5,13 @@ v(t) = sum_p b_p(v) A_p(t) v        as on the stage (`play`); v in the drawing's
 
 from functools import lru_cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capture.motion import affine
+from mocap.onto.bones import Casting
 from mocap.skeletons.skeleton import SkeletonMotion
 from retarget.characters.bodies.marked import MarkedDrawing, MarkedPicture, Piece, Segments, segments
 from retarget.characters.drawings.paths import DrawnPath, Gradient, Paint
@@ -26,20 +28,28 @@ def parts_at(held: Held, positions: NDArray) -> NDArray:
     return _columns(maps, holding.limb_orders(held, positions))
 
 
-def parts_dancing(held: Held, motion: SkeletonMotion) -> tuple[NDArray, list[str]]:
-    """The parts (T, P, COLUMNS) of a drawing that plays a motion, as an export of it has them; and their names."""
+def parts_dancing(held: Held, motion: SkeletonMotion, whole: bool = True) -> tuple[NDArray, list[str]]:
+    """The parts (T, P, COLUMNS) of a drawing that plays a motion, as an export of it has them; and their names.
+
+    From where limbs are seen is chosen by the `whole` motion; a stretch of it is seen as that was.
+    """
     from mocap.onto.bones import cast_marks
     from mocap.onto.to_tracks import to_tracks
     from retarget.stage.play import maps_of
 
     marks = held.character.marks
-    played = to_tracks(motion, marks, cast_marks(motion, marks))
+    casting = None if whole else _castings.get(held.character)
+    casting = cast_marks(motion, marks) if casting is None else casting
+    _castings[held.character] = casting
+    played = to_tracks(motion, marks, casting)
     names = tuple(track.part for track in played.tracks)
     maps, _ = maps_of(played, _segments(held, names))
     orders = np.stack([track.order for track in played.tracks])
-    to_metres = holding.metres(held)
-    to_metres[:, 2] = [-played.size[0] / 2 / held.unit, played.size[1] / held.unit]  # the page stands on the floor
-    return _columns(affine.compose(to_metres, maps), orders), list(names)
+    maps[..., 2] -= played.tracks[0].pivot - marks.places[0]  # from the page, which is as large as the motion needs
+    return _columns(affine.compose(holding.metres(held), maps), orders), list(names)
+
+
+_castings: WeakKeyDictionary[MarkedPicture | MarkedDrawing, Casting] = WeakKeyDictionary()
 
 
 def mesh(held: Held, names: tuple[str, ...]) -> tuple[NDArray, dict[str, Any]]:

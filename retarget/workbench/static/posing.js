@@ -107,6 +107,7 @@ export function mount(el, bench) {
       const start = Math.max(0, desk.frame / old.fps - 0.1);
       const some = await fetched("posing.danced", { start, seconds: AHEAD });
       if (desk.played === old && some.shape[1] === old.shape[1] && some.first + some.shape[0] <= old.shape[0]) {
+        if (some.parts) carryOn(old, some);
         old.points.set(some.points, some.first * old.shape[1] * old.shape[2]);
       }
       clearTimeout(settles);
@@ -116,6 +117,13 @@ export function mount(el, bench) {
     const played = await fetched("posing.danced", {});
     if (played.parts) await meshFor(played.parts);
     if (desk.mode === "dance") become(played);
+  }
+  // How far a drawing has walked is counted from where the stretch begins: it goes on from where it was.
+  function carryOn(old, some) {
+    const size = old.shape[1] * old.shape[2];
+    const across = ({ points }, at) => points[at] * some.root[0] + points[at + 1] * some.root[1] + points[at + 2];
+    const by = across(old, some.first * size) - across(some, 0);
+    for (let at = 2; at < some.points.length; at += old.shape[2]) some.points[at] += by;
   }
   function become(played) {
     const first = !desk.played;

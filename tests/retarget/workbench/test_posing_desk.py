@@ -257,6 +257,16 @@ def test_some_seconds_of_a_dance_are_those_of_the_whole(session, hop):
     assert np.abs(some[8:-8] - whole[104:136]).max() < 0.03
 
 
+def test_some_seconds_of_a_drawing_s_dance_are_those_of_the_whole_but_for_where_it_has_walked_to(cat, hop):
+    hop.done(cat, "posing.invent", seed=2)
+    whole, _ = seen(cat, "danced")
+    some, said = seen(cat, "danced", start=4.0, seconds=2.0)
+    assert said["first"] == 96 and len(some) == 48
+    apart = some[8:-8] - whole[104:136]
+    assert np.abs(apart[..., [0, 1, 3, 4]]).max() * 60 < 0.05  # turned and stretched alike, 60 pixels from a joint
+    assert np.ptp(apart[:, 0, 2]) < 0.05 and np.abs(apart[:, 0, 5]).max() < 0.05
+
+
 def drawn_at(session):
     """The parts of the drawing as they are shown: maps (P, 2, 3), by their names."""
     (event,) = session.act({"look": "posing.mesh"})
