@@ -41,7 +41,8 @@ def dance(
     Parameters
     ----------
     music
-        A .mid or .wav file; without it there are as many beats as --beats says, at the tempo of --bpm.
+        A .mid file or a recording (.wav, .mp3, .ogg, .flac, ...); without it there are as many beats as --beats says,
+        at the tempo of --bpm.
     out
         .bvh; .glb; .mp4, .webm or .mov with the music as sound, .gif or a folder of PNG; .dance.toml writes the
         choreography, made up or not, to be edited, and .postures.json the pool.  NAME.dance.mp4 beside you if not

@@ -14,6 +14,7 @@ A message's "id" comes back in the answers to it, the last of which is done, see
 
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from threading import RLock, Timer
 from typing import Any
@@ -23,7 +24,7 @@ from retarget.workbench import desks, folder, history, reach, saving, working
 from retarget.workbench.desks import Desk
 from retarget.workbench.history import History
 from retarget.workbench.saving import Saved
-from retarget.workbench.state import State
+from retarget.workbench.state import State, pose_file
 
 Event = dict[str, Any]
 SAVED_AFTER = 0.5  # seconds: the most that a drag goes on before what it did so far is on disk
@@ -154,6 +155,10 @@ class Session:
 
     def _reload(self) -> list[Event]:
         """What is on disk now, whoever wrote it; what was there before can be had again by undoing."""
+        if self.state.figure is not None:
+            fresh = replace(pose_file(self.state, self.state.figure.file), name=self.state.name)
+            saving.note(self._saved, fresh)
+            return self._become(history.done(self.history, fresh, "read the files again"))
         files = [file for file in folder.listed(self.state.folder) if file["kind"] in ("shot", "motion", "cast")]
         named = [one["file"] for one in files if one["file"].startswith(f"{self.state.name}.")]
         if not named:

@@ -8,13 +8,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from capture.errors import InputError
+from mocap.posing.sounds import SOUNDS
 from retarget.characters.casts.backdrop import STILLS
 from retarget.characters.casts.cast import DRAWINGS
 from retarget.workbench import filenames
 from retarget.workbench.state import CLIPS, DOCUMENTS
 
 LARGEST = 2 * 2**30  # bytes of a file
-KINDS = {*DRAWINGS, *STILLS, *CLIPS, ".bin", ".mtl", ".bvh"}
+KINDS = {*DRAWINGS, *STILLS, *CLIPS, ".bin", ".mtl", ".bvh", *SOUNDS, ".mid", ".midi"}
 BEGUN = ".upload-"  # before the name of a file that is still coming
 FORGOTTEN = 3600  # seconds after which nobody sends the rest of it
 
