@@ -30,6 +30,7 @@ LOOKS_AT_ONCE = 3
 BEHIND = 2000  # events that a page may lag behind before it is let go; it comes again by itself
 HEADERS = {
     "content-security-policy": "default-src 'self'; connect-src 'self' {sockets}; img-src 'self' blob: data:; "
+    "media-src 'self' blob:; "
     "style-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",

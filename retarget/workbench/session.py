@@ -145,13 +145,11 @@ class Session:
 
     def _reload(self) -> list[Event]:
         """What is on disk now, whoever wrote it; what was there before can be had again by undoing."""
-        from retarget.workbench.state import open_file
-
         files = [file for file in folder.listed(self.state.folder) if file["kind"] in ("shot", "motion", "cast")]
         named = [one["file"] for one in files if one["file"].startswith(f"{self.state.name}.")]
         if not named:
             raise InputError("nothing of this work is on disk to be read again: open a file")
-        fresh = open_file(self.state, folder.inside(self.state.folder, named[0]))
+        fresh = folder.open_(self.state, named[0])
         saving.note(self._saved, fresh)
         return self._become(history.done(self.history, fresh, "read the files again"))
 

@@ -1,6 +1,6 @@
 """The stage desk: who plays the captured motion, how they stand, what is behind them; seen live, and exported."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import count
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,7 +16,7 @@ from capture.pictures.encode import over
 from retarget.characters.casts.backdrop import is_color
 from retarget.characters.casts.castcheck import checked
 from retarget.characters.casts.castfile import Cast, CastKeep, read_cast
-from retarget.workbench import casts, folder, orbit, parts, pictures, playing, redraw, upload
+from retarget.workbench import casts, folder, made, offers, orbit, parts, pictures, playing, redraw, upload
 from retarget.workbench.desks import Desk, Seen, Work
 from retarget.workbench.state import CAST, MOTION, State, file_of
 
@@ -28,8 +28,8 @@ Files = Annotated[list[Name], Meta(min_length=1, max_length=200)]
 Height = Annotated[float, Meta(gt=0, le=50)]
 Piece = Annotated[bytes, Meta(max_length=2**19)]
 FORMATS = {
-    ".mp4": "MP4 video",
     ".gif": "GIF",
+    ".mp4": "MP4 video",
     ".webm": "WebM video, transparent",
     ".mov": "ProRes video, transparent",
     "/": "PNG pictures, one a frame",
@@ -51,12 +51,14 @@ _numbered: list[tuple[CartoonMotion, Cast, int]] = []
 def shown(state: State) -> dict[str, Any]:
     """What is played, by whom, and what could be: drawings of the folder."""
     motion, cast = state.motion, state.cast
-    drawings = [one["file"] for one in folder.listed(state.folder) if one["kind"] == "drawing"] if state.name else []
+    source = "" if state.shot is None else state.shot.clip
     return {
         "motion": None if motion is None else _motion_shown(motion),
         "cast": None if cast is None else _cast_shown(cast),
         "number": _number(motion, cast),
-        "drawings": drawings,
+        "offers": [] if motion is None else offers.offers(state.folder, motion, source),
+        "plays": [] if cast is None else _plays(state, cast),
+        "made": made.shown(state),
         "formats": FORMATS,
     }
 
@@ -66,6 +68,7 @@ def shown(state: State) -> dict[str, Any]:
 
 def play(state: State, files: Files) -> State:
     """Let drawings play."""
+    files = offers.borrowed(state.folder, files)
     found = [folder.inside(state.folder, file) for file in files]
     cast = casts.played_by(found, _motion(state), state.cast)
     playing.learnt(_motion(state), cast)  # what cannot play is refused here, and not in every frame
@@ -160,7 +163,7 @@ def pull(state: State, part: Name, key: Name, at: At, to: At, reach: Place) -> S
 
 
 def load(state: State, name: Name, at: Number, data: Piece, last: bool = True) -> State:
-    """Load a file into the folder."""
+    """Load a drawing into the folder."""
     upload.put(state.folder, name, at, data, last)
     return state
 
@@ -205,6 +208,12 @@ def drawing(
     return _png(picture)._replace(said={"svg": file.suffix.lower() == ".svg"})
 
 
+def small(state: State, file: Name) -> Seen:
+    """A drawing as small as a list shows it."""
+    path = offers.drawing(file) or folder.inside(state.folder, file)
+    return _png(redraw.small(path, path.stat().st_mtime_ns))
+
+
 # --- work: long, in a process of its own ----------------------------------------------------------------------------
 
 
@@ -231,17 +240,21 @@ def proposed(state: State, cast: str) -> State:
     return replace(state, cast=made)
 
 
-def export(motion: str, cast: str, out: str, size: int | None) -> dict[str, Any]:
+def export(motion: str, cast: str, out: str, size: int | None, number: int) -> dict[str, Any]:
     """Write the performance into a file."""
+    from capture.motion import tracks
     from retarget.commands.lending import retarget
 
     said = retarget(Path(motion), Path(out), cast=Path(cast), size=size)
-    return {"said": said.replace(str(Path(motion).parent), Path(motion).parent.name)}
+    misfit = max(track.residual.max() for track in tracks.load(Path(motion)).tracks)
+    said = said.replace(str(Path(motion).parent), Path(motion).parent.name)
+    said = f"{said}; captured to within {misfit:.1f} px; {made.size_of(Path(out))}"
+    return {"said": said, "out": out, "number": number, "sentence": said}
 
 
 def _prepare_propose(state: State, files: Files, mirror: bool = False) -> dict[str, Any]:
-    found = [folder.inside(state.folder, file) for file in files]
     _motion(state)
+    found = [folder.inside(state.folder, file) for file in offers.borrowed(state.folder, files)]
     out = state.folder / f"{found[0].stem}_keys"
     drawings = [str(file) for file in found]
     return {"motion": str(file_of(state, MOTION)), "drawings": drawings, "out": str(out), "mirror": mirror}
@@ -258,6 +271,7 @@ def _prepare_export(
         "cast": str(file_of(state, CAST)),
         "out": str(out_of(state, kind)),
         "size": size,
+        "number": _number(state.motion, state.cast),
     }
 
 
@@ -268,7 +282,8 @@ def out_of(state: State, kind: str) -> Path:
     return file_of(state, f"-drawings{kind}" if kind.startswith("/") else f".retarget{kind}")
 
 
-def _exported(state: State) -> State:
+def _exported(state: State, out: str, number: int, sentence: str) -> State:
+    made.note(Path(out), sentence, number)
     return state
 
 
@@ -282,7 +297,7 @@ DESK = Desk(
             *(pin, pin_feet, move_pin, unpin, drag_point, pull, load),
         )
     },
-    looks={"frame": frame, "turned": turned, "told": told, "drawing": drawing},
+    looks={"frame": frame, "turned": turned, "told": told, "drawing": drawing, "small": small, "made": made.piece},
     work={
         "propose": Work(_prepare_propose, propose, proposed),
         "export": Work(_prepare_export, export, _exported),
@@ -338,12 +353,19 @@ def _motion_shown(motion: CartoonMotion) -> dict[str, Any]:
 
 
 def _cast_shown(cast: Cast) -> dict[str, Any]:
-    plain = msgspec.to_builtins(replace(cast, folder=Path()), enc_hook=str)
-    plain.pop("folder")
+    plain = asdict(cast)  # msgspec leaves out what came by default from a file
+    del plain["folder"]
     for part in plain["parts"]:
         for key in part["keys"]:
             key["file"] = Path(key["drawing"] or part["drawing"]).name
     return plain
+
+
+def _plays(state: State, cast: Cast) -> list[str]:
+    """The files of the folder that the cast names."""
+    root = state.folder.resolve()
+    files = [file.resolve() for file in playing.files_of(replace(cast, background=""))]
+    return sorted({file.relative_to(root).as_posix() for file in files if file.is_relative_to(root)})
 
 
 def _number(motion: CartoonMotion | None, cast: Cast | None) -> int:

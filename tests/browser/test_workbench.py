@@ -302,7 +302,8 @@ def test_an_empty_folder_says_what_to_do_first(flat_browser, tmp_path):
     page = flat_browser.new_page()
     page.goto(serving.address)
     page.get_by_role("button", name="Try it on the built-in frog").wait_for()
-    assert "Put an mp4" in page.inner_text(".card")
+    page.get_by_role("button", name="Open a clip…").wait_for()
+    assert "drop it here" in page.inner_text(".card")
     page.close()
     serving.stop()
 

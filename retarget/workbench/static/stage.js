@@ -1,7 +1,10 @@
 // The stage desk: who plays the captured motion, how they stand, what is behind them; seen live, and exported.
 import { button, fill, make, slider } from "./dom.js";
 import { makeFrames } from "./frames.js";
+import { madeOf } from "./made.js";
+import { makePlayers } from "./players.js";
 import { makeRedraw } from "./redraw.js";
+import { arrived, send } from "./sending.js";
 import { makeTimeline } from "./timeline.js";
 import { makeView, paintLine } from "./view.js";
 
@@ -12,7 +15,7 @@ const TOOLS = {
   pin: ["Pin", "p", "Click on the place of the character that is to stay where it is"],
   path: ["Path", "o", "Draw the path that the whole goes along"],
 };
-const PIECE = 300 * 1024; // bytes of a file in one message
+const DRAWINGS = ".svg,.png,.jpg,.jpeg,.webp,.glb,.gltf,.bin,.mtl,.obj,.ply";
 
 export function mount(el, bench) {
   const side = make("aside.side");
@@ -25,10 +28,11 @@ export function mount(el, bench) {
   const view = makeView(picture);
   const frames = makeFrames(bench, "stage.frame");
   const time = makeTimeline(below, { went: show, keyChosen: ({ frame }) => time.go(frame) });
-  const desk = { tool: "look", chosen: new Set(), kind: ".mp4", told: null, toldOf: 0, line: null, drag: null, turn: 0, tilt: 0, problem: "", result: "" };
+  const desk = { tool: "look", chosen: new Set(), kind: ".gif", told: null, toldOf: 0, line: null, drag: null, turn: 0, tilt: 0, problem: "" };
 
   const now = () => bench.state.stage ?? {};
   const act = (name, fields, options) => bench.act(`stage.${name}`, fields, options);
+  const players = makePlayers(bench, desk, { changed: () => panel(), load: upload, accepts: DRAWINGS, says: (text) => (hint.textContent = text) });
   const redraw = makeRedraw(bench, view, { changed: () => changed(), act });
 
   const tools = {};
@@ -189,7 +193,7 @@ export function mount(el, bench) {
     const { motion, cast, number } = now();
     let text = "";
     if (!motion) text = "Nothing was captured yet: do that at the capture desk, or open a *.motion.json.";
-    else if (!cast) text = "Who plays it? Choose a drawing, a picture or a model at the right.";
+    else if (!cast) text = players.hint();
     else if (redraw.open) text = redraw.hint();
     else if (bench.running === "stage.export") text = "Exporting. You may go on.";
     else if (desk.problem) text = desk.problem;
@@ -202,31 +206,10 @@ export function mount(el, bench) {
   }
 
   function panel() {
-    const { motion, cast, drawings = [], formats = {} } = now();
+    const { motion, cast, formats = {} } = now();
     if (!motion) return fill(side, make("h2", {}, "Who plays"), make("p.none", {}, "First a motion must be captured."));
-    const asked = make("input", { type: "file", multiple: true, hidden: true, accept: ".svg,.png,.jpg,.jpeg,.webp,.glb,.gltf,.bin,.obj,.ply" });
-    asked.onchange = () => upload([...asked.files]);
     const busy = Boolean(bench.running);
-    desk.chosen = new Set([...desk.chosen].filter((name) => drawings.includes(name)));
-    const shown = grouped(drawings, motion.parts);
-    const list = shown.map(({ name, files }) => {
-      const box = make("input", { type: "checkbox", checked: files.every((file) => desk.chosen.has(file)) });
-      box.onchange = () => {
-        for (const file of files) desk.chosen[box.checked ? "add" : "delete"](file);
-        panel();
-      };
-      return make("li", {}, make("label.choice", {}, box, make("span", {}, name), files.length > 1 && make("small", {}, `${files.length} keys`)));
-    });
-    const play = button("Let it play", "Enter", playChosen, desk.chosen.size && !cast ? "primary" : "");
-    const propose = button("Propose keys", "", () => bench.work("stage.propose", { files: [...desk.chosen] }));
-    play.disabled = !desk.chosen.size;
-    propose.disabled = busy || !desk.chosen.size || [...desk.chosen].some((file) => !/\.(svg|png|jpe?g|webp)$/i.test(file));
-    propose.title = "Make all key drawings from the one that is chosen, for you to correct";
-    const who = [
-      make("h2", {}, "Who plays"),
-      list.length ? make("ul.choices", {}, ...list) : make("p.none", {}, "No drawing lies in this folder yet."),
-      make("div.row", {}, button("Load…", "", () => asked.click()), play, propose, asked),
-    ];
+    const who = players.panel();
     side.classList.toggle("chosen", Boolean(cast));
     if (!cast) return fill(side, ...who);
     const standing = [...cast.parts.map(({ name, height }) => [name, height]), ...cast.bodies.map(({ drawing, height }) => [drawing, height])];
@@ -248,7 +231,8 @@ export function mount(el, bench) {
         make("button.gone", { type: "button", "aria-label": `Take pin ${n + 1} out`, title: "Take it out", onclick: () => act("unpin", { number: n }) }, "×")));
     const kinds = make("select", { "aria-label": "Export as", onchange: () => (desk.kind = kinds.value) },
       ...Object.entries(formats).map(([kind, text]) => make("option", { value: kind, selected: kind === desk.kind }, text)));
-    const run = button("Export", "E", exportIt, "primary");
+    const isDone = now().made?.some(({ of }) => of === now().number);
+    const run = button("Export", "E", exportIt, isDone ? "" : "primary");
     run.disabled = busy;
     fill(side, ...who,
       keys.length ? make("h2", {}, "Its keys") : null, keys.length ? make("ol.keys", {}, ...keys) : null, redraw.open && button("Back to the stage", "Esc", redraw.close),
@@ -256,8 +240,8 @@ export function mount(el, bench) {
       make("div.row", {}, behind),
       cast.follow.length ? make("div.row", {}, button("Leave the path", "", () => act("follow", { path: [] }))) : null,
       pins.length ? make("h2", {}, "Pins") : null, pins.length ? make("ul.pins", {}, ...pins) : null,
-      make("h2", {}, "Export"), make("div.row", {}, kinds, run), desk.result && make("p.result", {}, desk.result),
-      ...(desk.told?.notes ?? []).slice(0, 3).map((note) => make("p.none", {}, note)));
+      ...(desk.told?.notes ?? []).slice(0, 3).map((note) => make("p.none", {}, note)),
+      make("div.export", {}, make("h2", {}, "Export"), make("div.row", {}, kinds, run), ...madeOf(bench)));
   }
 
   function number(value, label, changedTo) {
@@ -268,26 +252,13 @@ export function mount(el, bench) {
 
   // What can be done.
 
-  function playChosen() {
-    if (!desk.chosen.size) return;
-    hint.textContent = "Learning the drawings…";
-    act("play", { files: [...desk.chosen] });
-  }
-
   const exportIt = () => now().cast && !bench.running && bench.work("stage.export", { kind: desk.kind });
 
   async function upload(files) {
     for (const file of files) {
-      const bytes = new Uint8Array(await file.arrayBuffer());
-      let at = 0;
-      do {
-        const piece = bytes.subarray(at, at + PIECE);
-        const last = at + piece.length >= bytes.length;
-        const done = await act("load", { name: file.name, at, data: base64(piece), last });
-        if (!done) return;
-        at += piece.length;
-      } while (at < bytes.length);
-      desk.chosen.add(file.name);
+      if (!(await send(bench, "stage.load", file))) return;
+      const { file: name } = await arrived(bench, file.name);
+      desk.chosen.add(name);
     }
     changed();
   }
@@ -317,8 +288,7 @@ export function mount(el, bench) {
   }
 
   bench.on("progress", () => (panel(), explain()));
-  bench.on("ended", ({ work, sentence, made }) => {
-    if (work === "stage.export") desk.result = made ? sentence : "";
+  bench.on("ended", () => {
     panel();
     explain();
   });
@@ -328,6 +298,11 @@ export function mount(el, bench) {
     changed: () => el.hidden || changed(),
     shown: () => (view.fit(), changed()),
     hidden: () => time.playing && time.toggle(),
+    dropped(files) {
+      const drawn = files.filter(({ name }) => DRAWINGS.split(",").some((ending) => name.toLowerCase().endsWith(ending)));
+      if (drawn.length && now().motion) upload(drawn);
+      return drawn.length > 0 && Boolean(now().motion);
+    },
     key(event) {
       if (event.target.matches?.("button, input") && (event.key === " " || event.key === "Enter")) return false;
       if (event.target.matches?.("input") && /^(Arrow|Home|End|Page)/.test(event.key)) return false; // a slider's own
@@ -338,30 +313,11 @@ export function mount(el, bench) {
         const keys = (now().cast?.parts ?? []).flatMap((part) => part.keys.map((key) => [part, key]));
         if (keys[event.key - 1]) redraw.show(...keys[event.key - 1]);
       } else if (event.key === "e") exportIt();
-      else if (event.key === "Enter") playChosen();
+      else if (event.key === "Enter") players.play();
       else if (event.key === "0") view.fit();
       else if (tool) choose(tool[0]);
       else return false;
       return true;
     },
   };
-}
-
-// Files whose names differ only in a key's name at the end are one character's drawings.
-function grouped(drawings, parts) {
-  const keys = parts.flatMap((part) => part.keys.map((key) => key.toLowerCase()));
-  const found = new Map();
-  for (const file of drawings) {
-    const stem = file.replace(/\.[^.]+$/, "");
-    const key = keys.find((name) => stem.toLowerCase().endsWith(`_${name}`));
-    const name = key ? stem.slice(0, -key.length - 1) : file;
-    found.set(name, [...(found.get(name) ?? []), file]);
-  }
-  return [...found].map(([name, files]) => ({ name: files.length > 1 ? name : files[0], files }));
-}
-
-function base64(bytes) {
-  let text = "";
-  for (let n = 0; n < bytes.length; n += 8192) text += String.fromCharCode(...bytes.subarray(n, n + 8192));
-  return btoa(text);
 }

@@ -3,7 +3,9 @@
 //
 // A desk is a module with `title` and mount(el, bench) -> {changed(sections), key(event), shown(), hidden()}:
 // `changed` is called after every change of the state (bench.state holds all of it) while the desk is seen, `shown` and
-// `hidden` when its tab comes and goes; `key` returns true where it took a key.
+// `hidden` when its tab comes and goes; `key` returns true where it took a key.  `dropped(files)`, if there is one,
+// returns true where the desk took what was dropped on the page.
+import { makeArrivals } from "./arrivals.js";
 import { makeBench } from "./bench.js";
 import * as capture from "./capture.js";
 import { button, fill, make } from "./dom.js";
@@ -39,7 +41,8 @@ function render({ model, el }) {
     room.append(place);
     desks[name] = { tab, place, desk: desk.mount(place, bench) };
   }
-  const panel = filesPanel(start, bench);
+  const takes = (files) => isOpen() && Boolean(desks[current]?.desk.dropped?.(files));
+  const panel = filesPanel(start, bench, makeArrivals(root, bench, takes));
 
   function choose(name) {
     if (desks[current]) desks[current].desk.hidden?.();
@@ -53,6 +56,7 @@ function render({ model, el }) {
 
   // Where there is no clip there is nothing to capture: a figure is posed, a motion is lent to others.
   const firstDesk = () => (bench.state.posing.figure ? "posing" : bench.state.stage.motion && !bench.state.capture.clip ? "stage" : "capture");
+  const wantsDrawing = () => Boolean(bench.state.capture.motion && !bench.state.capture.stale && !bench.state.stage.cast);
   const isOpen = () => Boolean(bench.state.folder?.at?.open);
 
   let timer = 0;
@@ -93,6 +97,7 @@ function render({ model, el }) {
     redo.title = bench.redo ? `Redo: ${bench.redo} (Ctrl+Shift+Z)` : "Nothing to redo";
     work.hidden = work.hidden || !bench.running;
     panel.changed(changed);
+    desks.stage.tab.classList.toggle("next", wantsDrawing());
     if (!current || wasOpen !== !isOpen()) choose(firstDesk());
     else if (isOpen()) desks[current].desk.changed?.(changed);
   });
