@@ -20,7 +20,7 @@ def _pitch(inked: NDArray) -> int:
     size = len(inked)
     last = int(np.flatnonzero(inked)[-1]) + 1 if inked.any() else size
     finest = 0
-    for pitch in range(SMALLEST, last // 2 + 1):
+    for pitch in range(SMALLEST, min(size // 2 + 1, last)):
         lines = np.arange(pitch, last, pitch)
         cells = np.add.reduceat(inked[:last], np.concatenate([[0], lines]))
         if not (inked[lines] & inked[lines - 1]).any() and cells.all():
