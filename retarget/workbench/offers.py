@@ -64,7 +64,7 @@ def drawing(file: str) -> Path | None:
 @lru_cache(maxsize=4)
 def _offered(here: tuple[str, ...], parts: tuple[tuple[str, tuple[str, ...]], ...]) -> list[dict[str, Any]]:
     own = [_offer(name, where, files, parts) for (where, name, _), files in _grouped(here, parts).items()]
-    there = {Path(file).name for file in here if str(Path(file).parent) == BORROWED}
+    there = {Path(file).name for file in here}
     lent = [_built_in(name, first, parts) for name, first in FIRST.items() if first not in there]
     best = sorted([*own, *lent], key=lambda one: (not one.fits, one.where == BUILT_IN, one.how == PROPOSE))
     return [one._asdict() for one in best]

@@ -6,9 +6,9 @@ const CLIPS = ".mp4,.mkv,.mov,.webm,.avi,.gif,.apng,.png,.webp,.jpg,.jpeg,.bvh";
 
 // `takes(files)` is asked first where something is dropped: true where the desk that is seen has taken it.
 export function makeArrivals(root, bench, takes) {
-  const asked = make("input.from-elsewhere", { type: "file", hidden: true, accept: CLIPS, "aria-label": "A clip to open" });
+  const asked = make("input", { type: "file", accept: CLIPS }); // nobody sees it: a button opens its dialog
   const note = make("div.arriving", { role: "status", hidden: true });
-  root.append(asked, note);
+  root.append(note);
   let going = null; // the file that is on its way
   asked.onchange = () => {
     take([...asked.files]);

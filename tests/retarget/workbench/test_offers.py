@@ -69,8 +69,8 @@ def test_built_in_drawings_are_copied_and_what_is_there_is_left_alone(tmp_path):
     copied.write_text("mine")
     offers.borrowed(tmp_path, ["built-in:bottle.svg"])
     assert copied.read_text() == "mine"
-    assert "bottle" not in {
-        one["name"] for one in offers.offers(tmp_path, motion(a=("k",))) if one["where"] != "characters"
+    assert "built-in:bottle.svg" not in {
+        file for one in offers.offers(tmp_path, motion(a=("k",))) for file in one["files"]
     }
     for name in ("built-in:../write.py", "built-in:", "built-in:none.svg"):
         with pytest.raises(InputError, match="no built-in drawing"):
