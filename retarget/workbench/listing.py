@@ -11,7 +11,7 @@ from retarget.characters.casts.cast import DRAWINGS
 from retarget.workbench.state import CAST, CLIPS, MOTION, SHOT
 
 DEEP = 3  # folders below the opened one
-LOOKED_AT = 20_000  # names
+LOOKED_AT = 8000  # names
 LISTED = 500
 MANY = 4  # numbered pictures: fewer may as well be drawings
 SETTLED = 0.1  # seconds: a folder that changed this lately may change again within its clock's step

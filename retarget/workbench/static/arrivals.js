@@ -15,9 +15,10 @@ export function makeArrivals(root, bench, takes) {
     asked.value = "";
   };
 
-  async function take([file]) {
+  async function take([file, ...others]) {
     if (!file || going) return;
-    const largest = bench.state.folder.at.largest;
+    const { largest, path } = bench.state.folder.at;
+    if (others.length) return bench.say(`One clip at a time, these are ${others.length + 1} files. If they are the frames of one, put their folder into ${path}: it is listed as a clip then.`);
     if (file.size > largest) return bench.say(`${file.name} must have at most ${Math.round(largest / 2 ** 30)} GB: put it into the folder by hand`);
     if (!file.size) return bench.say(`${file.name} is empty: choose another file`);
     going = file;

@@ -16,7 +16,7 @@ export function filesPanel(el, bench, arrivals) {
     changed() {
       const { folder, files, more: left } = bench.state.folder ? { folder: bench.state.folder.at, ...bench.state.folder } : {};
       if (!files) return;
-      hint.textContent = "Choose a video, a GIF, a sprite sheet or motion capture (BVH), or drop it here. It is copied into this folder, and nothing leaves this machine.";
+      hint.textContent = `Choose a video, a GIF, a sprite sheet or motion capture (BVH), or drop it here. It is copied into ${folder.path}; nothing leaves this machine.`;
       more.textContent = `Only the first ${files.length} files of this folder are listed.`;
       more.hidden = !left;
       const works = worksOf(files);
@@ -47,7 +47,7 @@ function worksOf(files) {
   return [...works.values()].map(({ where, all }) => {
     const chosen = all[FIRST.find((kind) => all[kind])];
     const has = Object.keys(HAS).filter((kind) => all[kind]).map((kind) => HAS[kind]);
-    const what = all.bvh && !all.clip ? "motion capture" : has.join(", ") || "clip";
+    const what = all.bvh && !all.clip ? "motion capture" : has.join(", ") || (/\.\w+$/.test(all.clip) ? "clip" : "pictures");
     const name = all.clip ?? all.bvh ?? chosen;
     return { where, what, name: name === "." ? "the pictures of this folder" : name, file: where ? `${where}/${chosen}` : chosen };
   });

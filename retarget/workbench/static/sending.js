@@ -28,7 +28,8 @@ async function readable(bench, blob) {
   try {
     return new Uint8Array(await blob.arrayBuffer());
   } catch {
-    bench.say("the browser must be able to read the file, it could not: is it a folder, or was it moved?");
+    const { path } = bench.state.folder.at;
+    bench.say(`The browser could not read it. If it is a folder of pictures, put it into ${path}: it is listed as a clip then.`);
     return null;
   }
 }
