@@ -13,7 +13,7 @@ from retarget.workbench.state import CAST, CLIPS, MOTION, SHOT
 DEEP = 3  # folders below the opened one
 LOOKED_AT = 8000  # names
 LISTED = 500
-MANY = 4  # numbered pictures: fewer may as well be drawings
+MANY = 8  # pictures numbered without a gap: fewer may as well be drawings
 SETTLED = 0.1  # seconds: a folder that changed this lately may change again within its clock's step
 KINDS = ("shot", "clip", "motion", "cast", "bvh", "drawing", "made")
 MADE = re.compile(r"\.retarget$|\.edit\d+$|-frames$|-drawings$")  # ends of names that the workbench itself gives
@@ -65,7 +65,7 @@ def _walked(top: Path, seen: dict[str, int]) -> tuple[list[dict[str, str]], bool
         frames, drawn = _frames(files, PICTURES), _frames(files, (".svg",))
         if frames:
             found.append({"file": name or ".", "kind": "made" if MADE.search(name) else "clip"})
-        hidden = {file for some in (frames, drawn) if len(some) >= MANY for file in some}
+        hidden = {file for some in (frames, drawn) if _no_drawings(some) for file in some}
         for file in files:
             kind = "" if file in hidden else _kind(file)
             if kind:
@@ -87,6 +87,18 @@ def _frames(files: list[str], suffixes: tuple[str, ...]) -> list[str]:
     drawn = [file for file in files if file.lower().endswith(suffixes)]
     numbered = [re.fullmatch(r"(.*?)\d+", Path(file).stem) for file in drawn]
     return drawn if len(drawn) > 1 and all(numbered) and len({one[1] for one in numbered}) == 1 else []
+
+
+def _no_drawings(frames: list[str]) -> bool:
+    """Whether these are surely frames: by zeros before their numbers, or many numbers without a gap.
+
+    Else they may be a character's key drawings just as well.
+    """
+    numbers = [re.search(r"\d+$", Path(file).stem)[0] for file in frames]
+    if numbers and {len(one) for one in numbers} == {len(numbers[0])} and len(numbers[0]) >= 3:
+        return True
+    counted = sorted(map(int, numbers))
+    return len(counted) >= MANY and counted == list(range(counted[0], counted[0] + len(counted)))
 
 
 def _kind(name: str) -> str:

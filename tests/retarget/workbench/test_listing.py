@@ -44,6 +44,14 @@ def test_numbered_pictures_are_a_clip_and_no_drawings_but_two_may_be_both(folder
     assert files(folder / "walk", "clip") == {"."}
 
 
+def test_key_drawings_named_after_frames_are_drawings(tmp_path):
+    keys = {f"bunny_keys/bunny_k{n}.svg" for n in (0, 22, 39, 44, 57)}
+    (tmp_path / "bunny_keys").mkdir()
+    for name in keys:
+        (tmp_path / name).touch()
+    assert files(tmp_path, "drawing") == keys
+
+
 def test_what_the_workbench_made_is_offered_neither_as_a_clip_nor_as_a_drawing(folder):
     assert files(folder, "made") == {"hop.retarget.gif", "characters/bunny_leap.edit1.svg"}
 
