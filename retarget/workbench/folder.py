@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from msgspec import Meta
 
 from capture.errors import InputError
+from retarget.characters.models.meshfiles import MODELS
 from retarget.workbench import listing, pictures, sheets, upload
 from retarget.workbench.desks import Desk, Seen, Work
 from retarget.workbench.state import State, open_file
@@ -121,6 +122,10 @@ def _readable(path: Path) -> None:
         from mocap.skeletons.bvh import read_bvh
 
         read_bvh(path)
+    elif path.suffix.lower() in (".svg", *MODELS):
+        raise InputError(
+            f"{path} is a drawing or model, and nothing moves in it: open a clip first, it plays at the stage"
+        )
     else:
         from capture.pictures.decode import read_clip
 

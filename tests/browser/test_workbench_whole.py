@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from capture.motion import tracks
 from capture.pictures.encode import write_clip
-from fixtures import hat
+from fixtures import hat, write
 from retarget.workbench import server
 from retarget.workbench.session import Session
 
@@ -192,6 +193,20 @@ def test_a_single_picture_is_asked_how_large_its_drawings_are(page, tmp_path_fac
     assert (across.input_value(), page.get_by_label("Height of a drawing").input_value()) == ("40", "30")
     page.get_by_role("button", name="Open the sheet").click()
     wait(page, "tooncap.state.capture.clip?.frames === 8")
+
+
+def test_a_drawing_that_is_dropped_on_the_stage_is_ticked_and_its_keys_can_be_proposed(page):
+    tracks.save(write.motion_of(hat.hat()), page.folder / "hop.motion.json")
+    page.reload()
+    page.get_by_role("button", name="hop.motion.json").click()
+    page.locator(".offer", has_text="witch hat").wait_for()
+    assert page.locator(".offer").first.inner_text().startswith("witch hat")  # it has the hat's keys
+    dropped(page, write.CHARACTERS / "bottle.svg")
+    page.get_by_label("bottle.svg").first.wait_for()
+    assert page.get_by_label("bottle.svg").first.is_checked()
+    assert (page.folder / "bottle.svg").read_bytes() == (write.CHARACTERS / "bottle.svg").read_bytes()
+    assert "primary" in page.get_by_role("button", name="Propose keys").get_attribute("class")
+    assert page.locator(".offer .small").first.evaluate("image => image.decode().then(() => image.naturalWidth)") > 20
 
 
 def test_files_in_folders_below_are_listed_by_folder_and_opened(page, clip):

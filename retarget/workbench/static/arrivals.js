@@ -22,6 +22,7 @@ export function makeArrivals(root, bench, takes) {
     if (file.size > largest) return bench.say(`${file.name} must have at most ${Math.round(largest / 2 ** 30)} GB: put it into the folder by hand`);
     if (!file.size) return bench.say(`${file.name} is empty: choose another file`);
     going = file;
+    const before = bench.state.folder.at.open;
     const meter = make("progress", { max: 1, value: 0, "aria-label": `Copying ${file.name}` });
     fill(note, make("span", {}, `Copying ${file.name} into ${bench.state.folder.at.folder}`), meter, button("Cancel", "", () => (going = null)));
     note.hidden = false;
@@ -31,7 +32,7 @@ export function makeArrivals(root, bench, takes) {
     });
     going = null;
     note.hidden = true;
-    if (came && !bench.state.folder.at.open.length) await asSheet(file.name);
+    if (came && bench.state.folder.at.open === before) await asSheet(file.name);
   }
 
   // A single picture is opened as a sheet of drawings, once it is said how large one is.

@@ -10,11 +10,17 @@ export function makePlayers(bench, desk, { changed, load, accepts, says }) {
   function play(files = [...desk.chosen]) {
     if (!files.length || bench.running) return;
     says("Learning the drawings…");
-    bench.act("stage.play", { files });
+    bench.act("stage.play", { files }).then((done) => done || says(bench.state.stage.cast ? "" : hint()));
   }
 
   function propose(files = [...desk.chosen]) {
     if (files.length && !bench.running) bench.work("stage.propose", { files });
+  }
+
+  // What is ticked, together: as it is, or where that is one drawing for many keys, with keys proposed.
+  function wantsKeys() {
+    const whole = offers().find(({ files }) => files.length === desk.chosen.size && files.every((file) => desk.chosen.has(file)));
+    return whole?.how === "propose";
   }
 
   // Drawings are shown small beside their names; each is asked for once, one after the other.
@@ -70,8 +76,8 @@ export function makePlayers(bench, desk, { changed, load, accepts, says }) {
       ...inner.map((offer, m) => row(offer, wantsOne && !n && !m, offer.files.every((file) => plays.has(file)))),
     ]);
     const chosen = desk.chosen.size > 0;
-    const together = button("Let it play", "Enter", () => play(), bench.state.stage.cast ? "" : "primary");
-    const keyed = button("Propose keys", "", () => propose());
+    const together = button("Let it play", "Enter", () => play(), bench.state.stage.cast || wantsKeys() ? "" : "primary");
+    const keyed = button("Propose keys", "", () => propose(), wantsKeys() ? "primary" : "");
     keyed.title = "Make all key drawings from the one that is chosen, for you to correct";
     together.disabled = keyed.disabled = Boolean(bench.running);
     keyed.disabled ||= [...desk.chosen].some((file) => !/\.(svg|png|jpe?g|webp)$/i.test(file));
@@ -91,5 +97,5 @@ export function makePlayers(bench, desk, { changed, load, accepts, says }) {
     return `Nobody here is drawn in ${keys} keys: let one play, and its keys are proposed. Or drop your own drawing here.`;
   }
 
-  return { panel, play, hint };
+  return { panel, play: () => (wantsKeys() ? propose() : play()), hint };
 }

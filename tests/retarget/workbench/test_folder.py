@@ -81,6 +81,7 @@ def test_a_clip_takes_no_name_that_other_work_goes_by(empty, hop, clip):
         ("broken.gif", b"GIF89a" + bytes(9000), "broken.gif"),
         ("broken.bvh", b"HIERARCHY\nnonsense" * 500, "broken.bvh"),
         ("empty.mp4", b"", "empty"),
+        ("bunny.svg", b"<svg/>", "open a clip first"),
         ("../out.mp4", b"x", "a file to load must be"),
         ("/etc/out.mp4", b"x", "a file to load must be"),
         ("a/b.mp4", b"x", "a file to load must be"),
