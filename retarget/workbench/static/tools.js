@@ -1,6 +1,7 @@
 // The tools of the capture desk: box, outline, scribbles, colour, and dragging a key's points.
 import { makeBoxKeys } from "./boxkeys.js";
 import { make } from "./dom.js";
+import { makeHandles } from "./handles.js";
 import { key } from "./keys.js";
 import { paintLine } from "./view.js";
 
@@ -27,8 +28,31 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
 
   const boxed = makeBoxKeys(view, { bench, act, time, part, changed: () => (changed(), view.draw()) });
 
+  let grip = {}; // the outline from before the point that is held was moved
+  const handles = makeHandles(bench, {
+    what: "point",
+    count: () => keyHere()?.outline.length ?? 0,
+    place: (n) => keyHere().outline[n],
+    chosen: (n) => {
+      desk.point = n;
+      if (n >= 0 && tool !== "points") choose("points", true);
+      changed();
+      view.draw();
+    },
+    send: async (index, to, gesture) => {
+      const [own, name] = [keyHere(), part().name];
+      if (grip.gesture !== gesture) grip = { gesture, from: own.outline };
+      const moved = (desk.moved = { part: name, key: own.name, points: dragged(grip.from, index, to, desk.reach) });
+      view.draw();
+      await act("drag_point", { part: name, key: own.name, index, to, reach: desk.reach }, { newest: "drag", gesture });
+      if (desk.moved === moved) desk.moved = null;
+      view.draw();
+    },
+  });
+
   function choose(name, byHand = false) {
     if (boxed.open) boxed.leave();
+    if (name !== "points") handles.leave();
     tool = name;
     touched = byHand;
     for (const [other, element] of Object.entries(buttons)) element.setAttribute("aria-pressed", String(other === name));
@@ -111,6 +135,7 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
       if (!touched || !told) choose(told ? "points" : tool === "points" ? "box" : tool, touched && !told);
     },
     boxed,
+    handles,
     keys: [
       ...Object.entries(TOOLS).map(([name, [, letter, what]]) => key(letter, what, () => choose(name, true))),
       key("x", "A box round what moves; arrows then move it", () => (choose("box", true), boxed.begin())),
