@@ -2,7 +2,7 @@
 import { makeBoxKeys } from "./boxkeys.js";
 import { make } from "./dom.js";
 import { makeHandles } from "./handles.js";
-import { key } from "./keys.js";
+import { key, press } from "./keys.js";
 import { paintLine } from "./view.js";
 
 const TOOLS = {
@@ -128,6 +128,11 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
     view.draw();
   });
 
+  const keys = [
+    ...Object.entries(TOOLS).map(([name, [, letter, what]]) => key(letter, what, () => choose(name, true))),
+    key("x", "A box round what moves; arrows then move it", () => (choose("box", true), boxed.begin())),
+  ];
+
   return {
     choose,
     // Who has told the part will want to drag points, unless another tool was taken on purpose.
@@ -136,10 +141,8 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
     },
     boxed,
     handles,
-    keys: [
-      ...Object.entries(TOOLS).map(([name, [, letter, what]]) => key(letter, what, () => choose(name, true))),
-      key("x", "A box round what moves; arrows then move it", () => (choose("box", true), boxed.begin())),
-    ],
+    keys,
+    key: (event) => boxed.key(event) || press(keys, event),
     paint(context) {
       boxed.paint(context);
       if (!line) return;
