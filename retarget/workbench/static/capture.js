@@ -152,6 +152,7 @@ export function mount(el, bench) {
     let text = "";
     if (["capture.capture", "capture.again"].includes(bench.running)) text = "Capturing. You may go on looking; what you change now counts next time.";
     else if (tools.boxed.open) text = tools.boxed.hint();
+    else if (tools.handles.open) text = `Point ${tools.handles.number()} of ${keyHere()?.outline.length ?? 0}. ${tools.handles.hint()}`;
     else if (!one || !isTold(one)) text = `Drag a box round ${one ? `the ${one.name}` : "a part"}, in a frame where it is seen whole.`;
     else if (bench.running === "capture.suggest") text = `Following the ${one.name} through the clip, to choose its keys.`;
     else if (!desk.matte && matteOf) text = "Looking which pixels belong to it…";
@@ -293,6 +294,7 @@ export function mount(el, bench) {
 
   const keyOf = (number) => (part()?.keys.filter(({ outline }) => outline.length) ?? [])[number - 1];
   const keys = [
+    ...tools.handles.keys,
     ...time.keys,
     key("1-9", "A key of the part", (event) => (keyOf(event.key) ? time.go(keyOf(event.key).frame) : false)),
     key("k", "Find keys", suggest),

@@ -1,6 +1,7 @@
 // The posing desk: joints dragged on springs, postures mixed, kept and put on beats; a clip beside it made rubber.
 import { makeBeats } from "./beats.js";
 import { button, calm, fill, icon, iconButton, make, place } from "./dom.js";
+import { makeHandles } from "./handles.js";
 import { key, ownKey, press } from "./keys.js";
 import { makeMusic } from "./music.js";
 import { beatAt, beatOf, dancedAt, secondsAt } from "./phrases.js";
@@ -52,12 +53,22 @@ export function mount(el, bench) {
   const panel = makeSide(side, bench, desk, { act, felt, beats, music });
   const pointer = makePointer(sticks, bench, desk, { act, now, show, unready: () => bench.say("The springs are being made ready, once on this machine: joints can be dragged in some seconds.") });
 
+  const handles = makeHandles(bench, {
+    what: "joint",
+    count: () => (desk.mode === "pose" ? now().pose?.length ?? 0 : 0),
+    place: (joint) => now().pose[joint],
+    chosen: (joint) => ((desk.hover = joint), explain(), sticks.draw()),
+    send: (joint, to, gesture) => act("drag", { joint, to }, { newest: "joint", gesture }),
+    way: (right, down) => sticks.way(4 * right, 4 * down),
+  });
+
   const modes = {};
   for (const [name, text] of Object.entries(MODES)) {
     modes[name] = make("button.tool", { type: "button", onclick: () => choose(name) }, text);
     rail.append(modes[name]);
   }
   function choose(name) {
+    handles.leave();
     Object.assign(desk, { mode: name, played: null, playing: name !== "pose" && !calm(), frame: 0, problem: "" });
     for (const [other, element] of Object.entries(modes)) element.setAttribute("aria-pressed", String(other === name));
     bar.draw();
@@ -276,6 +287,7 @@ export function mount(el, bench) {
     if (!figure) text = "Whom to pose? Take a figure at the right, or open a .bvh file.";
     else if (desk.problem && desk.mode !== "pose") text = desk.problem;
     else if (desk.mode === "pose" && !desk.ready) text = "Getting the springs ready: some seconds, once on this machine…";
+    else if (desk.mode === "pose" && desk.hover >= 0 && handles.open) text = `${figure.names[desk.hover]}: P pins it. ${handles.hint()}`;
     else if (desk.mode === "pose") text = `Drag a joint; Shift-click or P pins one. Drag beside the figure to ${figure.drawn ? "move the paper" : "turn round it"}.`;
     else if (!desk.played) text = desk.mode === "rubber" ? "Stretching…" : "Dancing…";
     else if (desk.mode === "dance") text = "Double click in the beats puts the posture there; drag steps, up or down for their extent; Ctrl and the wheel zoom.";
@@ -325,6 +337,7 @@ export function mount(el, bench) {
 
   const step = (event) => (event.shiftKey ? 10 : 1);
   const keys = [
+    ...handles.keys,
     key(" ", "Play and stop", toggle),
     key("ArrowLeft", "A frame back; with Shift ten", (event) => go(desk.frame - step(event))),
     key("ArrowRight", "A frame on; with Shift ten", (event) => go(desk.frame + step(event))),

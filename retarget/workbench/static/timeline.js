@@ -1,6 +1,6 @@
 // Time: buttons to play, and a strip with the misfit of every frame, the worst marked, and the keys.
 import { fill, icon, iconButton, make } from "./dom.js";
-import { key } from "./keys.js";
+import { key, press } from "./keys.js";
 
 const [LEFT, RIGHT, TOP, KEYS] = [52, 16, 8, 36]; // pixels round the curves; below them the keys' row, and the numbers
 
@@ -176,5 +176,6 @@ export function makeTimeline(el, { went, keyChosen }) {
     key("Home", "The first frame", () => time.go(time.first)),
     key("End", "The last frame", () => time.go(time.last)),
   ];
+  time.key = (event) => press(time.keys, event);
   return time;
 }

@@ -1,7 +1,8 @@
 // The tools of the capture desk: box, outline, scribbles, colour, and dragging a key's points, or the pivot.
 import { makeBoxKeys } from "./boxkeys.js";
 import { make } from "./dom.js";
-import { key } from "./keys.js";
+import { makeHandles } from "./handles.js";
+import { key, press } from "./keys.js";
 import { paintLine } from "./view.js";
 
 const TOOLS = {
@@ -28,9 +29,32 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
 
   const boxed = makeBoxKeys(view, { bench, act, time, part, changed: () => (changed(), view.draw()) });
 
+  let grip = {}; // the outline from before the point that is held was moved
+  const handles = makeHandles(bench, {
+    what: "point",
+    count: () => keyHere()?.outline.length ?? 0,
+    place: (n) => keyHere().outline[n],
+    chosen: (n) => {
+      desk.point = n;
+      if (n >= 0 && tool !== "points") choose("points", true);
+      changed();
+      view.draw();
+    },
+    send: async (index, to, gesture) => {
+      const [own, name] = [keyHere(), part().name];
+      if (grip.gesture !== gesture) grip = { gesture, from: own.outline };
+      const moved = (desk.moved = { part: name, key: own.name, points: dragged(grip.from, index, to, desk.reach) });
+      view.draw();
+      await act("drag_point", { part: name, key: own.name, index, to, reach: desk.reach }, { newest: "drag", gesture });
+      if (desk.moved === moved) desk.moved = null;
+      view.draw();
+    },
+  });
+
   function choose(name, byHand = false) {
     if (boxed.open) boxed.leave();
     if (name === "pivot" && part()) time.go(part().keys[0].frame); // a pivot is told in the first key's frame
+    if (name !== "points") handles.leave();
     tool = name;
     touched = byHand;
     for (const [other, element] of Object.entries(buttons)) element.setAttribute("aria-pressed", String(other === name));
@@ -130,6 +154,11 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
     view.draw();
   });
 
+  const keys = [
+    ...Object.entries(TOOLS).map(([name, [, letter, what]]) => key(letter, what, () => choose(name, true))),
+    key("x", "A box round what moves; arrows then move it", () => (choose("box", true), boxed.begin())),
+  ];
+
   return {
     choose,
     isPivot: () => tool === "pivot",
@@ -138,10 +167,9 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, c
       if (!touched || !told) choose(told ? "points" : tool === "points" ? "box" : tool, touched && !told);
     },
     boxed,
-    keys: [
-      ...Object.entries(TOOLS).map(([name, [, letter, what]]) => key(letter, what, () => choose(name, true))),
-      key("x", "A box round what moves; arrows then move it", () => (choose("box", true), boxed.begin())),
-    ],
+    handles,
+    keys,
+    key: (event) => boxed.key(event) || press(keys, event),
     paint(context) {
       boxed.paint(context);
       if (isPivotHere() && pivot()) paintCross(context, view.toScreen(pivot()));

@@ -3,10 +3,12 @@
 import types
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from capture.motion import tracks
 from retarget.workbench import session as sessions
 from retarget.workbench import wire
 from retarget.workbench.session import Session
@@ -83,6 +85,17 @@ def opened(places):
     session.close()
 
 
+@pytest.fixture
+def staged(tmp_path, by_hand, worm):
+    """A motion that is played: so everything at the stage can be reached."""
+    lean = np.linspace(0, 1, 5)
+    tracks.save(by_hand.motion(by_hand.tumble(5), np.column_stack([1 - lean, lean])), tmp_path / "egg.motion.json")
+    session = Session(tmp_path, "egg.motion.json")
+    session.act({"do": "stage.play", "files": ["worm_sit.svg", "worm_lean.svg"]})
+    yield session
+    session.close()
+
+
 LOOSE = settings(deadline=None, derandomize=True, max_examples=200, suppress_health_check=list(HealthCheck))
 
 
@@ -98,17 +111,26 @@ def test_any_json_is_answered(opened, message):
 @LOOSE
 @given(message=messages())
 def test_nearly_right_messages_are_done_or_refused_in_a_sentence(opened, places, message):
-    def begun(*_):
-        return None
+    nearly_right(opened, message)
+    assert sorted(path.name for path in places.iterdir()) == ["here", "secret.mp4"]
+    assert opened.shown()["kind"] == "state"
 
-    before = opened.state
+
+@LOOSE
+@given(message=messages())
+def test_and_so_they_are_while_something_plays(staged, message):
+    nearly_right(staged, message)
+    if staged.state.name != "egg":  # it has opened something else
+        staged.act({"do": "folder.open", "file": "egg.motion.json"})
+
+
+def nearly_right(session, message):
+    before = session.state
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(sessions.working, "start", begun)
-        events = opened.act(message)
+        patched.setattr(sessions.working, "start", lambda *_: None)
+        events = session.act(message)
     for event in events:
         wire.packed(event)
     if events[-1]["kind"] == "refused":
-        assert opened.state is before
+        assert session.state is before
         assert "fault of tooncap" not in events[-1]["sentence"], (message, events[-1])
-    assert sorted(path.name for path in places.iterdir()) == ["here", "secret.mp4"]
-    assert opened.shown()["kind"] == "state"
