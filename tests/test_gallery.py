@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from notebooks.gallery import make, pictures, small
+from notebooks.gallery import desks, make, pictures, small
 
 ROOT = Path(__file__).parents[1]
 MOVING = pytest.mark.parametrize("shown", pictures.MOVING, ids=lambda shown: shown.name)
@@ -70,6 +70,14 @@ def test_a_name_that_nothing_has_is_refused_and_told_in_one_sentence(capsys):
     assert make.main(["sunset"]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and "sunset" in said and "analogy" in said
+
+
+def test_without_a_browser_the_desks_stay_as_they_are_and_it_is_said(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(desks, "BROWSERS", ())
+    still = tmp_path / "desk_stage.png"
+    still.write_bytes(b"as it was")
+    assert desks.photograph({"desk_stage": still}, tmp_path) == 0
+    assert still.read_bytes() == b"as it was" and "no Chromium" in capsys.readouterr().out
 
 
 def test_noise_settles_and_what_moves_does_not():

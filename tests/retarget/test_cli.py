@@ -200,14 +200,6 @@ def test_a_line_of_action_bends_a_drawing(tmp_path: Path, capsys):
     assert np.corrcoef([top[1] for top in tops] - feet, leans)[0, 1] > 0.9  # the head goes where the line's top goes
 
 
-def test_a_line_leaves_its_page_as_wide_after_it_as_before_it_for_who_is_wider(tmp_path: Path):
-    lines = broom.broom().line[[0, 30, 71]]
-    write_contours(make(list(lines), False, 8.0), tmp_path / "broom.json")
-    assert main(["contour", str(tmp_path / "broom.json"), "-o", str(tmp_path / "a.motion.json")]) == 0
-    (low, _), (high, _) = lines.min(axis=(0, 1)), lines.max(axis=(0, 1))
-    assert abs(tracks.load(tmp_path / "a.motion.json").size[0] - (high + low)) <= 2
-
-
 def test_crossing_contours_are_refused(tmp_path: Path, capsys):
     bow = np.array([(0, 0), (40, 40), (40, 0), (0, 40)], float)
     (tmp_path / "bow.json").write_text(json.dumps({"frames": [bow.tolist()] * 3}))
