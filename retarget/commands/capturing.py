@@ -184,7 +184,9 @@ def contour(
 
     contours = read_contours(source)
     outlines = correspond.align_all(contours, points)
-    size = tuple(int(edge) for edge in outlines.max(axis=(0, 1)).clip(1) + 16)
+    low, high = outlines.min(axis=(0, 1)), outlines.max(axis=(0, 1))
+    room = low.clip(16, 16 + 0.5 * (high - low))  # as much beyond as before: new drawings may be wider than a line
+    size = tuple(int(edge) for edge in high.clip(1) + room)
     if contours.closed:
         found = keys_of.suggest(outlines, residual, keys)
         motion = capture_outlines(outlines, found.key_frames, contours.fps, size, name, smooth, volume)
