@@ -85,7 +85,7 @@ def test_a_photographed_cup_takes_the_stacks_place(data: Path, sheets: Path, tmp
 
     Image.fromarray(photographs.coffee()).save(tmp_path / "coffee.png")
     stack = Part("stack", (KeyDrawing("rest", 33),), box=(300, 192, 44, 99))
-    shot = Shot(str(data / "clips" / "steamboat_willie" / "steamboat_willie.mp4"), (stack,), 33, 81)
+    shot = Shot(str(data / "clips" / "steamboat_willie" / "steamboat_willie.mp4"), (stack,), 33, 57)
     clip = video.open_clip(shot)
     motion = video.capture(shot, clip)
     part = CastPart("stack", drawing=str(tmp_path / "coffee.png"), box=(70, 10, 420, 380))
@@ -97,7 +97,7 @@ def test_a_photographed_cup_takes_the_stacks_place(data: Path, sheets: Path, tmp
     crop = slice(100, 330), slice(200, 470)
     rows = zip(clip, clean, made, before)
     pairs = list(overlay.side_by_side(tuple(picture[crop] for picture in row) for row in rows))
-    write_picture(sheets / "steamboat_coffee.png", overlay.contact_sheet(pairs[::6], columns=2, width=900))
+    write_picture(sheets / "steamboat_coffee.png", overlay.contact_sheet(pairs[::3], columns=2, width=900))
     write_clip(sheets / "steamboat_coffee.mp4", pairs, motion.fps)
     assert len(made) == len(before) == len(clip)
     for t, frame in enumerate(made):
