@@ -236,11 +236,16 @@ def suggested(state: State, part: str, keys: list[dict[str, Any]]) -> State:
 
 def capture(shot: dict[str, Any], out: str, refined: bool = False) -> dict[str, Any]:
     """Capture the shot."""
-    from capture.fit import batch, video
+    from capture.fit import again, batch, video
 
     told = msgspec.convert(shot, Shot)
-    batch.capture_to(Path(out), told, video.open_clip(told), refined)
-    return {"motion": out, "shot": shot, "written": [MOTION]}
+    clip = video.open_clip(told)
+    said = "" if refined else again.go_on(Path(out), told, clip)
+    if said:
+        said = f"The capture that was interrupted is finished; {said}."
+    else:
+        batch.capture_to(Path(out), told, clip, refined)
+    return {"motion": out, "shot": shot, "written": [MOTION], "said": said}
 
 
 def capture_again(shot: dict[str, Any], out: str, captured: dict[str, Any]) -> dict[str, Any]:
