@@ -151,8 +151,12 @@ def _why_whole(shot: Shot, motion: CartoonMotion, before: Shot | None) -> str:
     """Why nothing of a capture can stay, or ""."""
     if before is None:
         return "it is not known what the motion was captured from"
-    if [part.name for part in before.parts] != [track.part for track in motion.tracks]:
-        return "the motion was captured from other parts"
+    told = [(part.name, tuple(key.name for key in part.keys)) for part in before.parts]
+    if told != [(track.part, track.keys) for track in motion.tracks]:
+        return "the motion was captured from other parts or keys"
+    frames = {key.frame - shot.start for part in (*before.parts, *shot.parts) for key in part.keys}
+    if not frames <= set(range(len(motion.times))):
+        return "a key lies in none of the frames that were captured"
     return _why_changed(shot, before)
 
 

@@ -142,11 +142,17 @@ def test_a_pivot_moves_without_any_tracking(clip: Clip, shot: Shot, poor: Cartoo
     )
 
 
+def _keyed_at(shot: Shot, frame: int) -> Shot:
+    part = shot.parts[0]
+    return replace(shot, parts=(replace(part, keys=(*part.keys, replace(part.keys[0], name="late", frame=frame))),))
+
+
 @pytest.mark.parametrize(
     ("change", "why"),
     [
         (lambda shot: moved(shot, "sit", (1, 1)), "the first key of frog"),
         (lambda shot: replace(shot, stop=60), "another stretch"),
+        (lambda shot: _keyed_at(shot, 99), "none of the frames"),
         (lambda shot: replace(shot, parts=(*shot.parts, Part("hat", box=(1, 1, 50, 50)))), "parts have come"),
         (lambda shot: replace(shot, parts=(replace(shot.parts[0], order=3),)), "before or behind"),
     ],
