@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.fit import batch, meet, passes, source, video
-from capture.fit.checkpoint import keep_of
+from capture.fit.checkpoint import keep_of, kept_shot
 from capture.fit.passes import Before, Way
 from capture.fit.pixels import model as models
 from capture.fit.pixels.model import PartModel
@@ -130,12 +130,38 @@ def capture_again_to(
     return motion, said
 
 
+def go_on(out: Path, shot: Shot, clip: Clip) -> str:
+    """Finish, into its file, a capture that was interrupted and whose shot was changed since, so that nothing is lost.
+
+    It is captured as it was begun, and what was changed is tracked again.  Returns what was done, in words; "" where
+    there is no such capture, or too much was changed: then nothing is done.
+    """
+    begun = kept_shot(batch.keep_beside(out), clip)
+    if begun is None or replace(shot, clip="") == begun:
+        return ""
+    same = [replace(old.keys[0], name="") == replace(new.keys[0], name="") for old, new in zip(begun.parts, shot.parts)]
+    if _why_changed(shot, begun) or not all(same):
+        return ""
+    motion = video.capture(replace(begun, clip=shot.clip), clip, batch.keep_beside(out), stays=True)
+    batch.put(motion, out)
+    return capture_again_to(out, shot, clip)[1]
+
+
 def _why_whole(shot: Shot, motion: CartoonMotion, before: Shot | None) -> str:
     """Why nothing of a capture can stay, or ""."""
     if before is None:
         return "it is not known what the motion was captured from"
-    if [part.name for part in before.parts] != [track.part for track in motion.tracks]:
-        return "the motion was captured from other parts"
+    told = [(part.name, tuple(key.name for key in part.keys)) for part in before.parts]
+    if told != [(track.part, track.keys) for track in motion.tracks]:
+        return "the motion was captured from other parts or keys"
+    frames = {key.frame - shot.start for part in (*before.parts, *shot.parts) for key in part.keys}
+    if not frames <= set(range(len(motion.times))):
+        return "a key lies in none of the frames that were captured"
+    return _why_changed(shot, before)
+
+
+def _why_changed(shot: Shot, before: Shot) -> str:
+    """Why nothing of what was captured from a shot `before` can stay, as far as the two shots tell, or ""."""
     if [getattr(shot, name) for name in OF_CLIP] != [getattr(before, name) for name in OF_CLIP]:
         return "another stretch of the clip is to be captured"
     if [part.name for part in shot.parts] != [part.name for part in before.parts]:

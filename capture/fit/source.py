@@ -6,6 +6,7 @@ So a shot that is changed later can be held against it, and a capture done again
 import hashlib
 import json
 from dataclasses import asdict, replace
+from typing import Any
 
 from capture.motion.tracks import CartoonMotion
 from capture.pictures.shot import Shot
@@ -13,8 +14,12 @@ from capture.pictures.shot import Shot
 
 def stamped(motion: CartoonMotion, shot: Shot) -> CartoonMotion:
     """The motion with the shot that it was captured from; not with the clip's path, which is its owner's business."""
-    plain = json.loads(json.dumps(asdict(replace(shot, clip="")), default=float))  # as it comes back from the file
-    return replace(motion, source={"of": digest(motion), "shot": plain})
+    return replace(motion, source={"of": digest(motion), "shot": plain(shot)})
+
+
+def plain(shot: Shot) -> Any:
+    """A shot in plain values, as they come back from a file; without the clip's path."""
+    return json.loads(json.dumps(asdict(replace(shot, clip="")), default=float))
 
 
 def shot_of(motion: CartoonMotion) -> Shot | None:

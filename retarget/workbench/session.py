@@ -7,7 +7,8 @@ Messages:  {"do": "capture.box", "part": "frog", ...}     an action; with "gestu
            {"look": "capture.frame", "frame": 12}          changes nothing; answered with bytes
 Events:    {"kind": "state", "revision", "changed": {desk: {section: ...}}, "undo", "redo"}    for everybody
            {"kind": "progress", "work", "label", "done", "total"}, {"kind": "ended", "work", "sentence", "made"}  to all
-           {"kind": "told", "sentence"}                    for everybody: what should be known, such as a failed save
+           {"kind": "told", "sentence", "why"}             for everybody: what became of saving; why is "elsewhere"
+                                                   (another program changed a file), "unwritable" or "saved" (again)
            {"kind": "refused", "sentence"}, {"kind": "seen", "type", ..., "data"}, {"kind": "done"}   to who asked
 A message's "id" comes back in the answers to it, the last of which is done, seen or refused.
 """
@@ -28,6 +29,7 @@ from retarget.workbench.state import State, pose_file
 
 Event = dict[str, Any]
 SAVED_AFTER = 0.5  # seconds: the most that a drag goes on before what it did so far is on disk
+TRIED_AGAIN = 3.0  # seconds after which what could not be written is tried again
 
 
 class Session:
@@ -45,6 +47,8 @@ class Session:
         self._listeners: list[Callable[[Event], None]] = []
         self._lock = RLock()
         self._timer: Timer | None = None
+        self._closed = False
+        self._unsaved = ""  # the sentence last told of why not all is on disk
         if file:
             self.history = History(folder.named(self.state, file))  # who starts it chose that file, and what it names
             saving.note(self._saved, self.state)
@@ -93,19 +97,33 @@ class Session:
                 return [{**_refused(error), **answer}]
 
     def save(self) -> list[Event]:
-        """Write what is not on disk yet; a failure is told, and tried again at the next change."""
+        """Write what is not on disk yet; a failure is told, and tried again in a while and at the next change."""
         with self._lock:
             if self._timer is not None:
                 self._timer.cancel()
                 self._timer = None
+            before = self._unsaved
             try:
                 saving.save(self._saved, self.state)
-                return []
             except InputError as error:
-                return [self._tell({"kind": "told", "sentence": str(error)})]
+                self._unsaved, full = str(error), isinstance(error, saving.Unwritable)
+                event = {"kind": "told", "sentence": self._unsaved, "why": "unwritable" if full else "elsewhere"}
+                if full and not self._closed:
+                    self._save_in(TRIED_AGAIN)
+                return [event if full and self._unsaved == before else self._tell(event)]
+            self._unsaved = ""
+            if before:
+                self._tell({"kind": "told", "sentence": "All is saved again.", "why": "saved"})
+            return []
+
+    def _save_in(self, seconds: float) -> None:
+        self._timer = Timer(seconds, self.save)
+        self._timer.daemon = True
+        self._timer.start()
 
     def close(self) -> None:
         """Save, and stop what is running."""
+        self._closed = True
         self.save()
         if self.running is not None:
             working.cancel(self.running)
@@ -142,9 +160,7 @@ class Session:
         if not later:
             told = self.save()
         elif self._timer is None:
-            self._timer = Timer(SAVED_AFTER, self.save)
-            self._timer.daemon = True
-            self._timer.start()
+            self._save_in(SAVED_AFTER)
         changed = {
             desk: {name: value for name, value in inner.items() if self._sent[desk].get(name) != value}
             for desk, inner in sections.items()

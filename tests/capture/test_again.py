@@ -142,11 +142,17 @@ def test_a_pivot_moves_without_any_tracking(clip: Clip, shot: Shot, poor: Cartoo
     )
 
 
+def _keyed_at(shot: Shot, frame: int) -> Shot:
+    part = shot.parts[0]
+    return replace(shot, parts=(replace(part, keys=(*part.keys, replace(part.keys[0], name="late", frame=frame))),))
+
+
 @pytest.mark.parametrize(
     ("change", "why"),
     [
         (lambda shot: moved(shot, "sit", (1, 1)), "the first key of frog"),
         (lambda shot: replace(shot, stop=60), "another stretch"),
+        (lambda shot: _keyed_at(shot, 99), "none of the frames"),
         (lambda shot: replace(shot, parts=(*shot.parts, Part("hat", box=(1, 1, 50, 50)))), "parts have come"),
         (lambda shot: replace(shot, parts=(replace(shot.parts[0], order=3),)), "before or behind"),
     ],
@@ -271,3 +277,21 @@ def test_an_interrupt_before_it_is_saved_keeps_what_is_done(clip: Clip, shot: Sh
         batch.capture_to(out, only_sit, few)
     assert [path.name for path in tmp_path.iterdir()] == ["frog.motion.json"]
     assert looked == ["frog", "saving"]  # no frame was looked at again
+
+
+def test_a_capture_that_was_interrupted_is_finished_though_its_shot_was_changed(clip: Clip, shot: Shot, poor, tmp_path):
+    out, begun, done = tmp_path / "frog.motion.json", without(shot, "crouch"), []
+
+    def until_frame_8(label: str, number: int, total: int | None) -> None:
+        if number >= 8:
+            raise KeyboardInterrupt
+
+    with listening(until_frame_8), pytest.raises(KeyboardInterrupt):
+        batch.capture_to(out, begun, clip)
+    assert again.go_on(out, begun, clip) == "" == again.go_on(out, moved(begun, "sit", (3, 0)), clip)
+    with listening(lambda label, number, total: done.append(number)):
+        assert again.go_on(out, _last(shot, "crouch"), clip) == "tracked again: frog in 0 to 26"
+    assert next(number for number in done if number) >= 8  # the first that was looked at now
+    found = tracks.load(out)
+    assert np.abs(found.points("frog")[26:] - poor.points("frog")[26:]).max() < 1e-6
+    assert [path.name for path in tmp_path.iterdir()] == ["frog.motion.json"]

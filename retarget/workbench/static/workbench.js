@@ -88,7 +88,7 @@ function render({ model, el }) {
   bench.on("refused", (sentence) => say(sentence));
   bench.on("told", (event) => {
     const again = button("Read it again", "", () => (say(""), bench.act("reload")));
-    say(event.sentence, { stays: true, more: [again] });
+    say(event.sentence, { stays: event.why !== "saved", good: event.why === "saved", more: event.why === "elsewhere" ? [again] : [] });
   });
   bench.on("connection", ({ open }) => say(open ? "" : "The workbench is not running: start it again, this page will find it.", { stays: !open }));
   bench.on("progress", ({ label, done, total }) => {

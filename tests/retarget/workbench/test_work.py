@@ -12,7 +12,8 @@ import shapely
 
 from capture.motion import tracks
 from capture.pictures.shot import read_shot
-from retarget.workbench import capture_desk
+from retarget.cli import main
+from retarget.workbench import capture_work
 from retarget.workbench.session import Session
 
 
@@ -93,6 +94,18 @@ def test_a_mended_frame_is_tracked_again_between_its_keys_and_the_rest_stays(hop
     assert told[-1]["sentence"].startswith("The whole was captured, for the first key")
 
 
+def test_the_command_line_tracks_again_what_the_shot_s_file_says_was_changed(hop, captured, tmp_path, capsys):
+    for name in ("hop.mp4", "hop.shot.toml", "hop.motion.json"):
+        (tmp_path / name).write_bytes((captured[0].state.folder / name).read_bytes())
+    shot, out = str(tmp_path / "hop.shot.toml"), str(tmp_path / "hop.motion.json")
+    assert main(["capture", shot, "-o", out, "--again"]) == 0
+    assert "nothing had to be tracked again" in capsys.readouterr().out
+    assert main(["capture", shot, "-o", out, "--again", "--refine"]) == 2
+    assert main(["capture", shot, "-o", str(tmp_path / "none.motion.json"), "--again"]) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert len(said) == 2 and "give one of the two" in said[0] and "there is no" in said[1]
+
+
 def test_a_part_told_by_a_box_keeps_its_drawings_when_a_frame_is_mended(hop, folder):
     session = Session(folder, "hop.mp4")
     hop.done(session, "capture.box", part="character", frame=0, box=hop.around(0))
@@ -108,12 +121,12 @@ def test_a_part_told_by_a_box_keeps_its_drawings_when_a_frame_is_mended(hop, fol
 
 def test_refining_is_offered_only_where_it_can_be_done(hop, session, monkeypatch):
     hop.done(session, "capture.outline", part="character", frame=0, points=hop.ring())
-    monkeypatch.setattr(capture_desk, "find_spec", lambda name: None)
-    capture_desk._why_not_refined.cache_clear()
+    monkeypatch.setattr(capture_work, "find_spec", lambda name: None)
+    capture_work.why_not_refined.cache_clear()
     assert "torch" in session.shown()["changed"]["capture"]["refining"]
     assert "pip install" in hop.refused(session, {"work": "capture.capture", "refined": True})
     monkeypatch.undo()
-    capture_desk._why_not_refined.cache_clear()
+    capture_work.why_not_refined.cache_clear()
 
 
 def test_undoing_a_capture_takes_its_file_and_redoing_it_brings_it_back(hop, captured):
