@@ -6,6 +6,7 @@ from itertools import count
 from pathlib import Path
 from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 from msgspec import Meta
 
@@ -188,7 +189,7 @@ def moving(state: State, frame: Number) -> Seen:
     """A box round what moves in a frame, as JSON: [x, y, width, height]."""
     from retarget.workbench import moving
 
-    shot = _shot(state)
+    shot = shot_of(state)
     here, last = pictures.frame(shot, frame), len(pictures.clip_of(shot)) - 1
     others = sorted({round(t) for t in np.linspace(0, last, moving.LOOKED_AT)} - {frame})
     found = moving.box([pictures.frame(shot, t) for t in others], here)
