@@ -13,7 +13,7 @@ from retarget.workbench import server
 from retarget.workbench.session import Session
 
 DRAG = """async (name) => {
-    const canvas = document.querySelector("[aria-label=Pose] canvas.view:not(.paper)"), sticks = canvas.sticks;
+    const canvas = document.querySelector("[aria-label=Pose] canvas.view"), sticks = canvas.sticks;
     const joint = tooncap.state.posing.figure.names.indexOf(name), box = canvas.getBoundingClientRect();
     const point = (kind, x, y) => canvas.dispatchEvent(new PointerEvent(kind, { bubbles: true, button: 0, pointerId: 1,
         clientX: box.left + x, clientY: box.top + y }));
@@ -35,7 +35,7 @@ DRAG = """async (name) => {
     return taken;
 }"""
 SPOT = """(name) => {
-    const canvas = document.querySelector("[aria-label=Pose] canvas.view:not(.paper)"), box = canvas.getBoundingClientRect();
+    const canvas = document.querySelector("[aria-label=Pose] canvas.view"), box = canvas.getBoundingClientRect();
     const joint = tooncap.state.posing.figure.names.indexOf(name);
     const [x, y] = canvas.sticks.seen(tooncap.state.posing.pose[joint]);
     return [box.left + x, box.top + y];

@@ -19,7 +19,7 @@ export function makePuppet(sticks) {
     sticks.floor = !mesh;
     if (!mesh) return;
     canvas = document.createElement("canvas");
-    canvas.className = "view paper";
+    canvas.className = "under paper";
     canvas.setAttribute("aria-hidden", "true");
     sticks.canvas.before(canvas);
     painter = mesh.picture ? (triangles(canvas, mesh) ?? plainTriangles(canvas, mesh)) : curves(canvas, mesh);
