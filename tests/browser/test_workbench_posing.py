@@ -177,6 +177,9 @@ def test_rubber_is_shown_beside_the_clip_and_a_slider_acts_while_it_plays(bench)
     for _ in range(10):
         bench.keyboard.press("ArrowRight")
     wait(bench, f"{spread} !== {before!r}")
+    box = bench.locator("[aria-label=Pose] canvas.strip").bounding_box()
+    bench.mouse.click(box["x"] + 128 + (box["width"] - 144) / 2, box["y"] + 60)  # half-way through the clip
+    wait(bench, f"Math.abs(({CLOCK}) - 0.75) < 0.1")
     assert bench.evaluate("tooncap.undo") == "move a slider"
     assert bench.session.state.figure.slider("omega") == pytest.approx(4.0)
 

@@ -45,10 +45,10 @@ export function mount(el, bench) {
     drop: (step, phrase) => act("drop", { step, phrase }),
     put: (posture, { phrase, beat }) => act("put", { posture, phrase, beat }),
     went: (at) => desk.mode === "dance" && stopAt(secondsAt(beatOf(at, beats.phrases), times(), tempo())),
-    seek: (seconds) => desk.mode === "dance" && (desk.playing ? go(Math.round(seconds * (desk.played?.fps ?? 24)), true) : stopAt(seconds)),
+    seek: (seconds) => desk.mode !== "pose" && (desk.playing && desk.mode === "dance" ? go(Math.round(seconds * (desk.played?.fps ?? 24)), true) : stopAt(seconds)),
   });
   const bar = makePhraseBar(phraseBar, { act, beats, now });
-  beats.picked = bar.draw;
+  beats.picked = () => bar.draw();
   const panel = makeSide(side, bench, desk, { act, felt, beats, music });
   const pointer = makePointer(sticks, bench, desk, { act, now, show, unready: () => bench.say("The springs are being made ready, once on this machine: joints can be dragged in some seconds.") });
 
@@ -60,7 +60,9 @@ export function mount(el, bench) {
   function choose(name) {
     Object.assign(desk, { mode: name, played: null, playing: name !== "pose", frame: 0, problem: "" });
     for (const [other, element] of Object.entries(modes)) element.setAttribute("aria-pressed", String(other === name));
-    bar.draw();
+    beats.clip = 0;
+    seed.hidden = name === "rubber";
+    bar.draw(name !== "rubber");
     if (name === "dance") music.list();
     panel.draw();
     panel.line();
@@ -233,6 +235,7 @@ export function mount(el, bench) {
       const seconds = desk.frame / desk.played.fps;
       clock.textContent = `${seconds.toFixed(2)} s`;
       beats.seconds = seconds;
+      beats.clip = desk.mode === "rubber" ? desk.played.shape[0] / desk.played.fps : 0;
       if (desk.mode === "dance") beats.at = dancedAt(beatAt(seconds, times(), tempo()), beats.phrases);
       beats.draw();
     }
