@@ -18,6 +18,8 @@ DRAG = """async (name) => {
     const point = (kind, x, y) => canvas.dispatchEvent(new PointerEvent(kind, { bubbles: true, button: 0, pointerId: 1,
         clientX: box.left + x, clientY: box.top + y }));
     canvas.setPointerCapture = () => {};
+    const hint = document.querySelector("[aria-label=Pose] .hint");
+    while (!hint.textContent.startsWith("Drag a joint")) await new Promise((resolve) => setTimeout(resolve, 50));
     let told = () => {};
     tooncap.on("state", () => told());
     const [x, y] = sticks.seen(tooncap.state.posing.pose[joint]), taken = [];
@@ -82,22 +84,27 @@ def bench(opened, tmp_path):
     return opened("kick.bvh")
 
 
-@pytest.fixture(params=["svg", "picture"])
-def cat(request, opened, tmp_path):
-    """A page on a marked drawing: of paths, or the same as a picture."""
-    (tmp_path / "cat.svg").write_bytes((CHARACTERS / "tomcat.svg").read_bytes())
-    if request.param == "svg":
-        return opened("cat.svg")
+def drawing_in(folder, kind):
+    """A marked cat in the folder: "svg", of paths, or the same as a "picture"; what it is called."""
     from PIL import Image
 
     from retarget.characters.bodies.markfiles import read_marked, write_marks
     from retarget.stage import draw2d
 
-    read = read_marked(tmp_path / "cat.svg")
+    (folder / "cat.svg").write_bytes((CHARACTERS / "tomcat.svg").read_bytes())
+    if kind == "svg":
+        return "cat.svg"
+    read = read_marked(folder / "cat.svg")
     size = tuple(int(edge) for edge in np.ceil(np.concatenate([path.points for path in read.paths]).max(axis=0) + 12))
-    Image.fromarray(draw2d.draw_things(read.paths, size)).save(tmp_path / "ink.png")
-    write_marks(read.marks, "ink.png", tmp_path / "ink.marks.toml")
-    return opened("ink.marks.toml")
+    Image.fromarray(draw2d.draw_things(read.paths, size)).save(folder / "ink.png")
+    write_marks(read.marks, "ink.png", folder / "ink.marks.toml")
+    return "ink.marks.toml"
+
+
+@pytest.fixture(params=["svg", "picture"])
+def cat(request, opened, tmp_path):
+    """A page on a marked drawing."""
+    return opened(drawing_in(tmp_path, request.param))
 
 
 def wait(page, expression, seconds=30):

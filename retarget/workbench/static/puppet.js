@@ -189,7 +189,7 @@ function plainTriangles(canvas, { bitmap }) {
 }
 
 function curves(canvas, { pieces }) {
-  const context = canvas.getContext("2d");
+  const context = canvas.getContext("2d", { willReadFrequently: true }); // drawn by the processor, as the joints over it are
   for (const piece of pieces) {
     let start = 0;
     for (const path of piece.paths) {
