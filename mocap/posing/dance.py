@@ -29,6 +29,10 @@ HOP = 1.2
 """A hop is so many times as high as it needs to be."""
 
 
+SETTLES = 4.0
+"""Seconds after which nothing that was danced is felt any more."""
+
+
 def danced(
     skeleton: Skeleton,
     pool: Pool,
@@ -60,8 +64,11 @@ def danced(
         at = at[(at >= between[0] - 1e-9) & (at < between[1])]
         if not len(at):
             raise InputError(f"what is made of a dance must be some of its {music.seconds:g} s, got {between}")
+        early = max(at[0] - SETTLES, 0.0)  # what was long before is not felt any more
+        at, music = at - early, replace(music, times=music.times - early)
     steps, layers = unrolled(dance, beats), []
     for own in (steps, pulses(dance, beats)):
+        own = own if between is None else _felt(own, music, at[-1])
         goals = _goals(skeleton, body, pool, own, at_rest, extent)
         concerned = np.array([joints_of(step.part, body) for step in own])
         layers.append(_layer(own, goals, concerned, music, at, springs))
@@ -82,6 +89,14 @@ def _beats_until(end: float, music: Beats) -> float:
     """How many beats after the first a moment is: a move to one that is not seen need not begin."""
     inside = float(np.interp(end, music.times, np.arange(len(music.times))))
     return inside + max(end - music.times[-1], 0) * music.bpm / 60
+
+
+def _felt(steps: Sequence[Step], music: Beats, until: float) -> tuple[Step, ...]:
+    """The steps that are felt from moment 0 on, until a moment: the last of those before 0, and what comes next."""
+    when = music.at(np.array([step.beat for step in steps]))
+    first = when[when <= 0].max(initial=when.min())
+    last = when[when >= until].min(initial=when.max())
+    return tuple(step for step, moment in zip(steps, when, strict=True) if first <= moment <= last)
 
 
 def _hops(height: NDArray, at: NDArray, when: NDArray) -> NDArray:

@@ -15,6 +15,7 @@ from mocap.posing.poses import Pose
 from mocap.posing.postures import Pool, read_pool
 from mocap.posing.stance import Music, Stance, pinned_of, pose_of, read_stance, stance_of
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
+from retarget.characters.figures.dancer import BUILT_IN, Dancer, read_dancer
 from retarget.stage.held import Held
 
 POOL, DANCE, STANCE = ".postures.json", ".dance.toml", ".posing.json"
@@ -39,6 +40,7 @@ class Figure:
     begun: Pose  # how it stands before anybody poses it
     motion: SkeletonMotion | None = None  # what the file holds, upright
     drawing: Held | None = None  # what it is drawn as
+    body: Dancer | None = None  # a model's own mesh
     pinned: tuple[int, ...] = ()
     extents: dict[str, float] = field(default_factory=dict)  # of the postures that are mixed now
     pool: Pool | None = None
@@ -73,7 +75,6 @@ def figure_of(folder: Path, file: str, name: str) -> Figure:
     from mocap.posing.starting import starting_pool
     from mocap.skeletons.bvh import read_bvh
     from mocap.skeletons.units import upright
-    from retarget.characters.figures.dancer import BUILT_IN, read_dancer
     from retarget.stage.held import hold
 
     dancer = read_dancer(file if file in BUILT_IN else str(folder / file))
@@ -91,6 +92,7 @@ def figure_of(folder: Path, file: str, name: str) -> Figure:
         begun,
         motion,
         None if dancer.drawing is None else hold(dancer.drawing),
+        dancer if dancer.model is not None and dancer.skin is not None else None,
         pool=read_pool(pool) if pool.exists() else starting_pool(skeleton, rest),
         dance=read_dance(dance) if dance.exists() else Dance((Phrase((), BEATS),)),
     )

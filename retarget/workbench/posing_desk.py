@@ -12,8 +12,9 @@ from msgspec import Meta
 from capture.errors import InputError
 from mocap.posing.poses import Pose
 from mocap.skeletons.skeleton import SkeletonMotion
+from retarget.characters.figures.dancer import Dancer
 from retarget.workbench import figure as figures
-from retarget.workbench import music, phrases, posed_files, puppet
+from retarget.workbench import fleshed, music, phrases, posed_files, puppet
 from retarget.workbench.desks import Desk, Seen
 from retarget.workbench.figure import FEEL, RUBBER
 from retarget.workbench.posed import Extent, File, Name, Number, figure_in, joint_of, numbers, with_figure
@@ -50,10 +51,12 @@ def shown(state: State) -> dict[str, Any]:
             "frames": 0 if figure.motion is None else len(figure.motion),
             "fps": 0.0 if figure.motion is None else figure.motion.fps,
             "drawn": "" if figure.drawing is None else f"{figure.file} {id(figure.drawing)}",
+            "body": "" if figure.body is None else f"{figure.file} {id(figure.body)}",
             "kinds": posed_files.kinds(figure),
         },
         "pose": _places_of(figure.pose),
         "parts": None if figure.drawing is None else _parts_of(figure.drawing, figure.pose),
+        "joints": None if figure.body is None else _joints_of(figure.body, figure.pose),
         "pinned": list(figure.pinned),
         "pool": list(figure.pool.names()),
         "extents": figure.extents,
@@ -166,6 +169,8 @@ def danced(state: State, start: Moment = 0.0, seconds: Moment | None = None) -> 
     with _work:
         motion, beats = posed_files.dance_of(figure, between)
         said = {"fps": FPS, "first": 0 if between is None else int(np.ceil(start * FPS - 1e-9)), "bpm": beats.bpm}
+        if figure.body is not None:
+            return numbers(fleshed.joints_at(figure.skeleton, motion.world()), **said)
         if figure.drawing is None:
             return numbers(motion.positions(), **said)
         parts, names = puppet.parts_dancing(figure.drawing, motion, between is None)
@@ -183,6 +188,15 @@ def mesh(state: State, parts: Parts | None = None) -> Seen:
 def texture(state: State) -> Seen:
     """The picture of a drawn figure."""
     return Seen("image/png", puppet.texture(_drawing(state)))
+
+
+def body(state: State) -> Seen:
+    """The mesh of a model (see `fleshed.mesh`)."""
+    figure = figure_in(state)
+    if figure.body is None:
+        raise InputError("this figure has a skeleton only: open a model with a skin")
+    made, told = fleshed.mesh(figure.body)
+    return numbers(made, **told)
 
 
 def rubber(state: State) -> Seen:
@@ -218,7 +232,7 @@ DESK = Desk(
             *(*phrases.ACTIONS, *music.ACTIONS, posed_files.save_pose),
         )
     },
-    looks={one.__name__: one for one in (ready, danced, rubber, clip, mesh, texture, others, *music.LOOKS)},
+    looks={one.__name__: one for one in (ready, danced, rubber, clip, mesh, texture, body, others, *music.LOOKS)},
     work={"export": posed_files.EXPORT, "hear": music.HEAR},
 )
 
@@ -250,6 +264,11 @@ def _places_of(pose: Pose) -> list[list[float]]:
 @lru_cache(maxsize=2)
 def _parts_of(held: puppet.Held, pose: Pose) -> list[float]:
     return np.round(puppet.parts_at(held, pose.positions[None])[0], 8).ravel().tolist()
+
+
+@lru_cache(maxsize=2)
+def _joints_of(dancer: Dancer, pose: Pose) -> list[float]:
+    return np.round(fleshed.joints_of(dancer.skeleton, pose), 6).ravel().tolist()
 
 
 @lru_cache(maxsize=4)

@@ -11,28 +11,36 @@ BROWSER = Path(__file__).resolve().parent.parent / "browser"
 
 
 def rows():
-    """The best of three medians of sixty moves each of a joint at the posing desk."""
-    from retarget.workbench import server
-    from retarget.workbench.session import Session
-
+    """The best of three medians of sixty moves each of a joint at the posing desk: of a skeleton, and of drawings."""
     program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if program is None:
         return {}
     from playwright.sync_api import sync_playwright
 
-    flags = runpy.run_path(str(BROWSER / "conftest.py"))["FLAGS"]
-    drag = runpy.run_path(str(BROWSER / "test_workbench_posing.py"))["DRAG"]
+    flags = runpy.run_path(str(BROWSER / "conftest.py"))
+    drawn = runpy.run_path(str(BROWSER / "test_workbench_posing.py"))
+    found = {}
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as running:
-        session = Session(folder)
-        session.act({"do": "posing.begin", "who": "human"})
-        session.act({"do": "posing.drag", "joint": 5, "to": [0.1, 1.5, 0.1]})  # machine code is made once
-        session.act({"do": "undo"})
-        serving = server.start(session)
-        shown = running.chromium.launch(executable_path=program, args=flags)
-        page = shown.new_context(viewport={"width": 1280, "height": 720}).new_page()
-        page.goto(serving.address)
-        page.wait_for_selector(".postures")
-        medians = [np.median(page.evaluate(drag, name)) for name in ("LeftHand", "RightHand", "LeftFoot")]
+        shown = running.chromium.launch(executable_path=program, args=[*flags["FLAGS"], *flags["WEBGL"]])
+        for name, kind in (("drag_ms", ""), ("drag_svg_ms", "svg"), ("drag_picture_ms", "picture")):
+            figure = drawn["drawing_in"](Path(folder), kind) if kind else "human"
+            joints = ("left_hand", "right_hand", "left_foot") if kind else ("LeftHand", "RightHand", "LeftFoot")
+            found[name] = _median(shown, drawn["DRAG"], folder, figure, joints)
         shown.close()
-        serving.stop()
-    return {"drag_ms": float(min(medians))}
+    return found
+
+
+def _median(shown, drag, folder, figure, joints):
+    from retarget.workbench import server
+    from retarget.workbench.session import Session
+
+    session = Session(folder)
+    session.act({"do": "posing.begin", "who": figure})
+    serving = server.start(session)
+    page = shown.new_context(viewport={"width": 1280, "height": 720}).new_page()
+    page.goto(serving.address)
+    page.wait_for_selector(".postures")
+    medians = [np.median(page.evaluate(drag, name)) for name in joints]  # which waits until joints can be dragged
+    page.close()
+    serving.stop()
+    return float(min(medians))

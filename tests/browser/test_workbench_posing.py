@@ -13,11 +13,13 @@ from retarget.workbench import server
 from retarget.workbench.session import Session
 
 DRAG = """async (name) => {
-    const canvas = document.querySelector("[aria-label=Pose] canvas.view:not(.paper)"), sticks = canvas.sticks;
+    const canvas = document.querySelector("[aria-label=Pose] canvas.view"), sticks = canvas.sticks;
     const joint = tooncap.state.posing.figure.names.indexOf(name), box = canvas.getBoundingClientRect();
     const point = (kind, x, y) => canvas.dispatchEvent(new PointerEvent(kind, { bubbles: true, button: 0, pointerId: 1,
         clientX: box.left + x, clientY: box.top + y }));
     canvas.setPointerCapture = () => {};
+    const hint = document.querySelector("[aria-label=Pose] .hint");
+    while (!hint.textContent.startsWith("Drag a joint")) await new Promise((resolve) => setTimeout(resolve, 50));
     let told = () => {};
     tooncap.on("state", () => told());
     const [x, y] = sticks.seen(tooncap.state.posing.pose[joint]), taken = [];
@@ -35,7 +37,7 @@ DRAG = """async (name) => {
     return taken;
 }"""
 SPOT = """(name) => {
-    const canvas = document.querySelector("[aria-label=Pose] canvas.view:not(.paper)"), box = canvas.getBoundingClientRect();
+    const canvas = document.querySelector("[aria-label=Pose] canvas.view"), box = canvas.getBoundingClientRect();
     const joint = tooncap.state.posing.figure.names.indexOf(name);
     const [x, y] = canvas.sticks.seen(tooncap.state.posing.pose[joint]);
     return [box.left + x, box.top + y];
@@ -82,22 +84,27 @@ def bench(opened, tmp_path):
     return opened("kick.bvh")
 
 
-@pytest.fixture(params=["svg", "picture"])
-def cat(request, opened, tmp_path):
-    """A page on a marked drawing: of paths, or the same as a picture."""
-    (tmp_path / "cat.svg").write_bytes((CHARACTERS / "tomcat.svg").read_bytes())
-    if request.param == "svg":
-        return opened("cat.svg")
+def drawing_in(folder, kind):
+    """A marked cat in the folder: "svg", of paths, or the same as a "picture"; what it is called."""
     from PIL import Image
 
     from retarget.characters.bodies.markfiles import read_marked, write_marks
     from retarget.stage import draw2d
 
-    read = read_marked(tmp_path / "cat.svg")
+    (folder / "cat.svg").write_bytes((CHARACTERS / "tomcat.svg").read_bytes())
+    if kind == "svg":
+        return "cat.svg"
+    read = read_marked(folder / "cat.svg")
     size = tuple(int(edge) for edge in np.ceil(np.concatenate([path.points for path in read.paths]).max(axis=0) + 12))
-    Image.fromarray(draw2d.draw_things(read.paths, size)).save(tmp_path / "ink.png")
-    write_marks(read.marks, "ink.png", tmp_path / "ink.marks.toml")
-    return opened("ink.marks.toml")
+    Image.fromarray(draw2d.draw_things(read.paths, size)).save(folder / "ink.png")
+    write_marks(read.marks, "ink.png", folder / "ink.marks.toml")
+    return "ink.marks.toml"
+
+
+@pytest.fixture(params=["svg", "picture"])
+def cat(request, opened, tmp_path):
+    """A page on a marked drawing."""
+    return opened(drawing_in(tmp_path, request.param))
 
 
 def wait(page, expression, seconds=30):
@@ -177,6 +184,9 @@ def test_rubber_is_shown_beside_the_clip_and_a_slider_acts_while_it_plays(bench)
     for _ in range(10):
         bench.keyboard.press("ArrowRight")
     wait(bench, f"{spread} !== {before!r}")
+    box = bench.locator("[aria-label=Pose] canvas.strip").bounding_box()
+    bench.mouse.click(box["x"] + 128 + (box["width"] - 144) / 2, box["y"] + 60)  # half-way through the clip
+    wait(bench, f"Math.abs(({CLOCK}) - 0.75) < 0.1")
     assert bench.evaluate("tooncap.undo") == "move a slider"
     assert bench.session.state.figure.slider("omega") == pytest.approx(4.0)
 

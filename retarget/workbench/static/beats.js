@@ -1,6 +1,6 @@
 // A dance in beats: phrases side by side, a line for each posture, steps as bars.  A bar is dragged to another beat, up and
 // down to make it larger or smaller; a double click puts the chosen posture there or takes a step out; Ctrl and the wheel
-// zoom.  Above it, where there is music, all of the song with its beats.
+// zoom.  Above it, where there is music, all of the song with its beats.  Of a clip it shows the seconds.
 import { secondsAt } from "./phrases.js";
 
 const [LEFT, RIGHT, SONG, HEAD, NUMBERS] = [128, 16, 14, 18, 16];
@@ -15,7 +15,7 @@ export function makeBeats(el, { move, drop, put, went, seek }) {
   canvas.setAttribute("aria-label", "Beats");
   el.append(canvas);
   const context = canvas.getContext("2d");
-  const beats = { canvas, phrases: [], chosen: "", phrase: 0, at: { phrase: 0, beat: 0 }, music: null, bpm: 120, seconds: 0, zoom: 1, from: 0, step: null };
+  const beats = { canvas, phrases: [], chosen: "", phrase: 0, at: { phrase: 0, beat: 0 }, music: null, bpm: 120, seconds: 0, clip: 0, zoom: 1, from: 0, step: null };
   let drag = null;
 
   const total = () => Math.max(beats.phrases.reduce((sum, { beats: count }) => sum + count, 0), 1);
@@ -71,6 +71,7 @@ export function makeBeats(el, { move, drop, put, went, seek }) {
     context.setTransform(dense, 0, 0, dense, 0, 0);
     context.clearRect(0, 0, wide, high);
     context.font = "11px system-ui, sans-serif";
+    if (beats.clip) return drawClip(wide);
     if (beats.music) drawSong(wide);
     const row = tall();
     lines().forEach((posture, n) => {
@@ -88,6 +89,21 @@ export function makeBeats(el, { move, drop, put, went, seek }) {
     context.fillRect(cursor - 0.75, song() + 2, 1.5, high - song() - NUMBERS);
     context.restore();
   };
+
+  function drawClip(wide) {
+    const at = (second) => LEFT + (second / beats.clip) * (wide - LEFT - RIGHT);
+    context.fillStyle = "#1b1c1e";
+    context.fillRect(LEFT, 6, wide - LEFT - RIGHT, low() - 6);
+    context.textAlign = "center";
+    for (let second = 0; second <= beats.clip; second++) {
+      context.fillStyle = "#565a61";
+      context.fillRect(at(second), 6, 1, low() - 6);
+      context.fillStyle = "#b4b7bd";
+      context.fillText(`${second} s`, at(second), canvas.clientHeight - 4);
+    }
+    context.fillStyle = "#f4f4f4";
+    context.fillRect(at(beats.seconds) - 0.75, 2, 1.5, low() - 2);
+  }
 
   function drawSong(wide) {
     const { times, seconds, file } = beats.music;
@@ -159,15 +175,15 @@ export function makeBeats(el, { move, drop, put, went, seek }) {
   }
 
   canvas.addEventListener("pointerdown", (event) => {
-    const step = under(event);
+    const step = beats.clip ? null : under(event);
     const { right, down, beat } = place(event);
     canvas.setPointerCapture(event.pointerId);
     beats.step = step;
-    if (beats.music && down < SONG) drag = { song: true };
+    if (beats.clip || (beats.music && down < SONG)) drag = { song: beats.clip || beats.music.seconds };
     else if (step) drag = { step, right, down, to: null, extent: undefined };
     else if (right >= LEFT) drag = { on: beat };
     const phrase = step?.phrase ?? inPhrase(beat).phrase;
-    if (right >= LEFT && down >= song() && phrase !== beats.phrase) {
+    if (!beats.clip && right >= LEFT && down >= song() && phrase !== beats.phrase) {
       beats.phrase = phrase;
       beats.picked?.(phrase);
     }
@@ -175,7 +191,7 @@ export function makeBeats(el, { move, drop, put, went, seek }) {
   });
   function pointed(event) {
     const { right, down, beat } = place(event);
-    if (drag?.song) seek(Math.min(Math.max((right - LEFT) / room(), 0), 1) * beats.music.seconds);
+    if (drag?.song) seek(Math.min(Math.max((right - LEFT) / room(), 0), 1) * drag.song);
     else if (drag?.on !== undefined) went(inPhrase(beat));
     else if (drag?.step) {
       const old = stepOf(drag.step);
@@ -208,12 +224,14 @@ export function makeBeats(el, { move, drop, put, went, seek }) {
   canvas.addEventListener("pointerup", released);
   canvas.addEventListener("pointercancel", () => ((drag = null), beats.draw()));
   canvas.addEventListener("dblclick", (event) => {
+    if (beats.clip) return;
     const { line, beat, down } = place(event);
     const step = under(event);
     if (step) drop(step.step, step.phrase);
     else if (line && down >= top() && beat < total()) put(line, snapped(beat));
   });
   canvas.addEventListener("wheel", (event) => {
+    if (beats.clip) return;
     const step = under(event);
     const { right, beat } = place(event);
     if (!event.ctrlKey && !step && beats.zoom === 1) return;

@@ -1,5 +1,6 @@
 // The posing desk: joints dragged on springs, postures mixed, kept and put on beats; a clip beside it made rubber.
 import { makeBeats } from "./beats.js";
+import { bodyOf, COLUMNS, makeBody } from "./body.js";
 import { button, calm, fill, icon, iconButton, make, place } from "./dom.js";
 import { makeHandles } from "./handles.js";
 import { key, ownKey, press } from "./keys.js";
@@ -28,6 +29,7 @@ export function mount(el, bench) {
   const sticks = makeSticks(picture);
   place(sticks.canvas, "The figure");
   const puppet = makePuppet(sticks);
+  const body = makeBody(sticks);
   const desk = { mode: "pose", hover: -1, drag: null, ready: false, meshes: new Map(), played: null, clip: null, problem: "", frame: 0, playing: false, began: [0, 0], open: "", seed: 0 };
 
   const now = () => bench.state.posing ?? {};
@@ -46,10 +48,10 @@ export function mount(el, bench) {
     drop: (step, phrase) => act("drop", { step, phrase }),
     put: (posture, { phrase, beat }) => act("put", { posture, phrase, beat }),
     went: (at) => desk.mode === "dance" && stopAt(secondsAt(beatOf(at, beats.phrases), times(), tempo())),
-    seek: (seconds) => desk.mode === "dance" && (desk.playing ? go(Math.round(seconds * (desk.played?.fps ?? 24)), true) : stopAt(seconds)),
+    seek: (seconds) => desk.mode !== "pose" && (desk.playing && desk.mode === "dance" ? go(Math.round(seconds * (desk.played?.fps ?? 24)), true) : stopAt(seconds)),
   });
   const bar = makePhraseBar(phraseBar, { act, beats, now });
-  beats.picked = bar.draw;
+  beats.picked = () => bar.draw();
   const panel = makeSide(side, bench, desk, { act, felt, beats, music });
   const pointer = makePointer(sticks, bench, desk, { act, now, show, unready: () => bench.say("The springs are being made ready, once on this machine: joints can be dragged in some seconds.") });
 
@@ -71,7 +73,9 @@ export function mount(el, bench) {
     handles.leave();
     Object.assign(desk, { mode: name, played: null, playing: name !== "pose" && !calm(), frame: 0, problem: "" });
     for (const [other, element] of Object.entries(modes)) element.setAttribute("aria-pressed", String(other === name));
-    bar.draw();
+    beats.clip = 0;
+    seed.hidden = name === "rubber";
+    bar.draw(name !== "rubber");
     if (name === "dance") music.list();
     panel.draw();
     panel.line();
@@ -162,10 +166,12 @@ export function mount(el, bench) {
   const meshOfNow = (parts) => desk.meshes.get(`${now().figure?.drawn} ${parts?.join("|") ?? ""}`) ?? null;
   async function drawing() {
     const { figure } = now();
-    if (!figure?.drawn) return;
+    if (!figure?.drawn && !figure?.body) return;
     try {
-      await meshFor();
+      if (figure.drawn) await meshFor();
+      else desk.meshes.set(figure.body, bodyOf(await bench.look("posing.body")));
       if (desk.mode === "pose") fitPose();
+      else show();
     } catch (error) {
       bench.say(error.message);
     }
@@ -186,7 +192,8 @@ export function mount(el, bench) {
     const [all, last] = [[], desk.played.shape[0] - 1];
     const mesh = desk.played.parts && meshOfNow(desk.played.parts);
     if (mesh) puppet.show(mesh);
-    for (let t = 0; t <= last; t += Math.max(1, Math.floor(last / 12))) all.push(...(mesh ? puppet.bounds(partsAt(t)) : figuresAt(t).flatMap(({ places }) => places)));
+    const boundsAt = (t) => (mesh ? puppet.bounds(partsAt(t)) : (fleshBounds(desk.mode === "dance" && partsAt(t)) ?? figuresAt(t).flatMap(({ places }) => places)));
+    for (let t = 0; t <= last; t += Math.max(1, Math.floor(last / 12))) all.push(...boundsAt(t));
     sticks.fit(all);
   }
   function fitPose() {
@@ -195,43 +202,59 @@ export function mount(el, bench) {
     const mesh = figure.drawn ? meshOfNow() : null;
     puppet.show(mesh);
     Object.assign(sticks, mesh ? { turn: 0, tilt: 0 } : { turn: 0.35, tilt: 0.12 });
-    sticks.fit(mesh ? puppet.bounds(parts) : pose);
+    sticks.fit(mesh ? puppet.bounds(parts) : (fleshBounds(now().joints) ?? pose));
     show();
   }
 
   const sideOf = (name) => (/[Ll]eft|^[Ll][A-Z_]/.test(name) ? "#ffb03b" : /[Rr]ight|^[Rr][A-Z_]/.test(name) ? "#5b9dff" : "#d7d9dd");
   function figuresAt(t) {
     const { figure } = now();
-    if (desk.mode === "dance") return [{ places: placesAt(desk.played, t), parents: figure.parents, color: (joint) => sideOf(figure.names[joint] ?? "") }];
+    if (desk.mode === "dance") return [{ places: figure.body ? jointsAt(partsAt(t)) : placesAt(desk.played, t), parents: figure.parents, color: (joint) => sideOf(figure.names[joint] ?? "") }];
     const off = apart() / 2;
     const shift = (places, by) => places.map(([x, y, z]) => [x + by, y, z]);
     const clip = { places: shift(placesAt(desk.clip, Math.min(t, desk.clip.shape[0] - 1)), -off), parents: desk.clip.parents, color: () => "#8d9199" };
     return [clip, { places: shift(placesAt(desk.played, t), off), parents: desk.played.parents, color: () => "#f0b04a", seamless: true }];
   }
 
+  const fleshBounds = (joints) => {
+    const mesh = joints && desk.meshes.get(now().figure.body);
+    return mesh ? body.bounds(mesh, joints) : null;
+  };
+  const jointsAt = (joints) => now().figure.names.map((_, joint) => [...joints.slice(COLUMNS * joint + 12, COLUMNS * joint + 15)]);
+
+  // A model's own mesh instead of sticks, where it is here and can be shown.
+  function fleshed(joints) {
+    const shown = body.show((joints && desk.meshes.get(now().figure.body)) || null);
+    if (shown) body.joints = joints;
+    return shown;
+  }
+
   function show() {
     const { figure } = now();
     sticks.figures = [];
+    const joints = figure?.body && desk.mode !== "rubber" ? (desk.mode === "pose" ? now().joints : desk.played && partsAt(Math.min(desk.frame, desk.played.shape[0] - 1))) : null;
+    const flesh = fleshed(joints);
     const drawn = figure?.drawn && desk.mode !== "rubber";
     if (!figure || desk.mode === "pose" || !desk.played) {
       puppet.show(drawn ? meshOfNow(desk.played?.parts) ?? puppet.mesh : null);
       if (desk.mode === "pose") puppet.parts = drawn ? now().parts : null;
-      if (figure && desk.mode === "pose" && !drawn) sticks.figures = [{ places: pointer.pose(), parents: figure.parents, color: (joint) => sideOf(figure.names[joint]) }];
+      if (figure && desk.mode === "pose" && !drawn && !flesh) sticks.figures = [{ places: pointer.pose(), parents: figure.parents, color: (joint) => sideOf(figure.names[joint]) }];
       clock.textContent = "";
     } else {
       desk.frame = Math.min(desk.frame, desk.played.shape[0] - 1);
       puppet.show(drawn ? meshOfNow(desk.played.parts) : null);
       if (drawn) puppet.parts = partsAt(desk.frame);
-      else sticks.figures = figuresAt(desk.frame);
+      else if (!flesh) sticks.figures = figuresAt(desk.frame);
       const seconds = desk.frame / desk.played.fps;
       clock.textContent = `${seconds.toFixed(2)} s`;
       beats.seconds = seconds;
+      beats.clip = desk.mode === "rubber" ? desk.played.shape[0] / desk.played.fps : 0;
       if (desk.mode === "dance") beats.at = dancedAt(beatAt(seconds, times(), tempo()), beats.phrases);
       beats.draw();
     }
     sticks.draw();
   }
-  sticks.painters.push(() => puppet.draw());
+  sticks.painters.push(() => (puppet.draw(), body.draw()));
   sticks.painters.push(pointer.paint);
 
   // The time: the music's where it is heard, else the clock's.
@@ -308,7 +331,7 @@ export function mount(el, bench) {
   function changed(sections) {
     const { figure, dance, feel, music: song } = now();
     const own = Object.keys(sections?.posing ?? {});
-    if (own.length && figure && own.every((name) => name === "pose" || name === "parts")) return show(); // a drag: as little as can be
+    if (own.length && figure && own.every((name) => name === "pose" || name === "parts" || name === "joints")) return show(); // a drag: as little as can be
     const open = figure ? `${bench.state.folder.at.open} ${figure.file} ${figure.drawn}` : "";
     if (open !== desk.open) opened(open, figure);
     if (dance) Object.assign(beats, { phrases: dance.phrases, music: song ?? null, bpm: feel.bpm, phrase: Math.min(beats.phrase, dance.phrases.length - 1) });

@@ -3,11 +3,12 @@ import { button, fill, make } from "./dom.js";
 
 export function makePhraseBar(el, { act, beats, now }) {
   const bar = {};
-  let barOf = "";
+  let [barOf, wanted] = ["", true];
 
-  bar.draw = () => {
+  bar.draw = (shown = wanted) => {
+    wanted = shown;
     const { figure, dance } = now();
-    el.hidden = !figure || !dance;
+    el.hidden = !figure || !dance || !wanted;
     if (el.hidden) return;
     const number = Math.min(beats.phrase, dance.phrases.length - 1);
     const phrase = dance.phrases[number];

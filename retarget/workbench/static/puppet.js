@@ -19,7 +19,7 @@ export function makePuppet(sticks) {
     sticks.floor = !mesh;
     if (!mesh) return;
     canvas = document.createElement("canvas");
-    canvas.className = "view paper";
+    canvas.className = "under paper";
     canvas.setAttribute("aria-hidden", "true");
     sticks.canvas.before(canvas);
     painter = mesh.picture ? (triangles(canvas, mesh) ?? plainTriangles(canvas, mesh)) : curves(canvas, mesh);
@@ -189,7 +189,7 @@ function plainTriangles(canvas, { bitmap }) {
 }
 
 function curves(canvas, { pieces }) {
-  const context = canvas.getContext("2d");
+  const context = canvas.getContext("2d", { willReadFrequently: true }); // drawn by the processor, as the joints over it are
   for (const piece of pieces) {
     let start = 0;
     for (const path of piece.paths) {

@@ -306,9 +306,11 @@ def test_a_marked_drawing_dances_as_it_is_exported_and_its_pose_is_a_picture(cat
     assert len(clip) == len(parts)
 
 
-def test_the_skeleton_of_a_model_is_posed(tmp_path, hop):
+def test_the_skeleton_of_a_model_is_posed_and_carries_its_mesh(tmp_path, hop):
     from mocap.posing import poses
+    from mocap.rubber import rubber
     from retarget.characters.figures.dancer import read_dancer
+    from retarget.characters.figures.rubber_skin import posed, rubber_skin
     from retarget.commands.onward import write_performed
 
     dancer = read_dancer("lamp")
@@ -321,7 +323,29 @@ def test_the_skeleton_of_a_model_is_posed(tmp_path, hop):
     assert np.linalg.norm(places(session)[last] - before) > 0.05
     (event,) = session.act({"look": "posing.others"})
     assert event["data"] == b'["lamp.glb"]'
+    figure = session.state.figure
+    goes = carried(*seen_body(session), np.array(session.shown()["changed"]["posing"]["joints"]).reshape(-1, 15))
+    model, skin, moved = figure.body.body(poses.motion_of(figure.skeleton, [figure.pose], 24.0))
+    made = rubber.plain(moved)
+    truth = figure.body.unit * posed(rubber_skin(skin, model.points, made.subjoints), model.points, made)[0]
+    assert np.abs(goes - truth).max() < 0.02 < np.abs(goes - figure.body.unit * model.points).max()
+    hop.done(session, "posing.invent", seed=1)
+    motion, _ = seen(session, "danced")
+    assert motion.shape[1:] == (len(figure.skeleton), 15)
     session.close()
+
+
+def seen_body(session):
+    """The points (N, 3) of the model, the joints (N, 4) that carry them, and how much."""
+    (event,) = session.act({"look": "posing.body"})
+    numbers, count = np.frombuffer(event["data"], "<f4"), event["points"]
+    points, _, which, much = np.split(numbers[: 14 * count], np.cumsum([3, 3, 4]) * count)
+    return points.reshape(-1, 3), which.reshape(-1, 4).astype(int), much.reshape(-1, 4)
+
+
+def carried(points, which, much, joints):
+    maps = joints[:, :12].reshape(-1, 3, 4)[which]
+    return np.einsum("nk,nkab,nb->na", much, maps[..., :3], points) + np.einsum("nk,nka->na", much, maps[..., 3])
 
 
 @pytest.mark.parametrize(
