@@ -26,7 +26,7 @@ export function mount(el, bench) {
   el.append(rail, stage, side, below);
   const view = makeView(picture);
   const time = makeTimeline(below, { went: show, keyChosen: ({ frame }) => time.go(frame) });
-  const desk = { tool: "look", chosen: new Set(), kind: ".mp4", told: null, toldOf: 0, line: null, drag: null, problem: "", result: "" };
+  const desk = { tool: "look", chosen: new Set(), kind: ".mp4", told: null, toldOf: 0, line: null, drag: null, problem: "", result: "", proposed: -1 };
 
   const now = () => bench.state.stage ?? {};
   const act = (name, fields, options) => bench.act(`stage.${name}`, fields, options);
@@ -169,6 +169,7 @@ export function mount(el, bench) {
     if (!motion) text = "Nothing was captured yet: do that at the capture desk, or open a *.motion.json.";
     else if (!cast) text = "Who plays it? Choose a drawing, a picture or a model at the right.";
     else if (editor()) text = editor().hint();
+    else if (desk.proposed === number) text = "Proposed: compare each key with the source's at the right; click one to correct it. Undo takes them back.";
     else if (bench.running === "stage.export") text = "Exporting. You may go on.";
     else if (desk.problem) text = desk.problem;
     else if (view.number !== number && !scene.turned()) text = "Learning the drawings…";
@@ -297,6 +298,7 @@ export function mount(el, bench) {
 
   bench.on("progress", () => (panel(), explain()));
   bench.on("ended", ({ work, sentence, made }) => {
+    if (work === "stage.propose" && made) desk.proposed = now().number;
     if (work === "stage.export") desk.result = made ? sentence : "";
     panel();
     explain();

@@ -7,9 +7,9 @@ const KEPT = 200;
 
 export function keysPanel(bench, cast, { redraw, limbs }) {
   const rows = cast.parts.flatMap((part) => part.keys.map((key) => row(bench, part, key, redraw, () => (limbs.open && limbs.close(), redraw.show(part, key)))));
-  const bodies = cast.bodies.map(({ drawing }) => {
+  const bodies = cast.bodies.filter(({ drawing }) => !MODEL.test(drawing)).map(({ drawing }) => {
     const shown = { type: "button", "aria-current": String(limbs.is(drawing)), onclick: () => (redraw.open && redraw.close(), limbs.show(drawing)) };
-    return make("li", {}, make("button.key", shown, drawing, make("small", {}, "its joints")));
+    return make("li", {}, make("button.key", shown, make("span", {}, drawing.split("/").at(-1)), make("small", {}, "joints")));
   });
   const models = cast.parts.some((part) => [part.drawing, ...part.keys.map(({ file }) => file)].some((file) => MODEL.test(file)));
   return [
