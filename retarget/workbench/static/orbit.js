@@ -162,13 +162,16 @@ export function makeOrbit(place, view, bench) {
       deep: DEEP * Math.max(...space.size),
     };
     const seen = drawn.filter(({ visible }) => visible[t]);
-    begin(card.solid, shared);
-    for (const one of seen) if (one.solid && one.points) solid(one, t);
+    const towards = shared.turn[8] < 0 ? -1 : 1;
+    const flat = seen.filter((one) => !one.solid && one.picture).map((one) => [one, towards * layer(one, seen, t)]);
+    flat.sort((a, b) => a[1] - b[1]);
     begin(card.sheet, shared);
     if (orbit.scenery) lines();
-    const flat = seen.filter((one) => !one.solid && one.picture).map((one) => [one, layer(one, seen, t)]);
-    const towards = shared.turn[8] < 0 ? -1 : 1;
-    for (const [one, z] of flat.sort((a, b) => towards * (a[1] - b[1]))) sheet(one, z);
+    for (const [one, near] of flat) if (near < 0) sheet(one, towards * near); // first: a clear model shows them
+    begin(card.solid, shared);
+    for (const one of seen) if (one.solid && one.points) solid(one);
+    begin(card.sheet, shared);
+    for (const [one, near] of flat) if (near >= 0) sheet(one, towards * near);
     gl.bindVertexArray(null);
   }
 

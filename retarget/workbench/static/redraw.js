@@ -63,9 +63,9 @@ export function makeRedraw(bench, view, { changed, act }) {
   redraw.part = () => which.part;
   redraw.pen = (on) => {
     redraw.draws = on;
-    view.canvas.style.cursor = on ? "crosshair" : "default";
     changed();
   };
+  redraw.drawing = () => redraw.open && drawing();
   const drawing = () => redraw.draws && which.svg && !which.key.outline.length;
 
   redraw.hint = () =>

@@ -50,9 +50,11 @@ export function mount(el, bench) {
   function choose(name) {
     desk.tool = name;
     for (const [other, element] of Object.entries(tools)) element.setAttribute("aria-pressed", String(other === name));
-    view.canvas.style.cursor = name === "look" ? "default" : "crosshair";
+    cursor();
     explain();
   }
+
+  const cursor = () => (view.canvas.style.cursor = (editor() ? redraw.drawing() : desk.tool !== "look") ? "crosshair" : "default");
 
   function show() {
     if (!now().number || editor()) return;
@@ -181,6 +183,7 @@ export function mount(el, bench) {
   }
 
   function panel() {
+    cursor();
     fill(rail, ...(editor() ? keyTools({ redraw, limbs, act }) : Object.values(tools)));
     const { motion, cast, drawings = [], formats = {} } = now();
     if (!motion) return fill(side, make("h2", {}, "Who plays"), make("p.none", {}, "First a motion must be captured."));
