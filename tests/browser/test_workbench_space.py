@@ -32,7 +32,7 @@ DRAWN = f"""async ([t, turn, tilt]) => {{
 POINTS = f"""async ([who, t]) => {{
     const {{ space, last }} = {VIEW}.scene.orbit;
     let points = null;
-    while (!(points = space.ready && space.points(who, t, last))) await new Promise((went) => setTimeout(went, 20));
+    while (!(points = space.shown && space.points(who, t, last))) await new Promise((went) => setTimeout(went, 20));
     return [...points];
 }}"""
 DRAWS = f"""async () => {{
@@ -193,7 +193,7 @@ def showing(opened, name):
     """Another motion open for a while."""
     for open_now in (name, "hop"):
         opened.page.evaluate(f"tooncap.act('folder.open', {{ file: '{open_now}.motion.json' }})")
-        here = f"{VIEW}.scene.orbit.number === tooncap.state.stage.number && {VIEW}.scene.orbit.space.ready"
+        here = f"{VIEW}.scene.orbit.space.shown === tooncap.state.stage.number"
         wait(opened.page, f"tooncap.state.folder.at.open === '{open_now}' && {here}")
         if open_now == name:
             yield

@@ -18,7 +18,7 @@ export function makeScene(place, view, bench, { came, source, away }) {
 
   scene.turned = orbit.turned;
   scene.home = orbit.home;
-  scene.hint = () => (orbit.works && !orbit.space.ready ? "Fetching the models…" : "The model from elsewhere; a double click brings it back.");
+  scene.hint = () => (orbit.works && !orbit.space.shown ? "Fetching the models…" : "The model from elsewhere; a double click brings it back.");
 
   scene.of = (motion, played, open) => {
     number = played;
