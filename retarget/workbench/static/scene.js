@@ -15,6 +15,7 @@ export function makeScene(place, view, bench, { came, source, away }) {
   const degrees = 180 / Math.PI;
   let frame = 0;
   let number = 0;
+  let before = ""; // what was open
 
   scene.turned = orbit.turned;
   scene.home = orbit.home;
@@ -22,6 +23,8 @@ export function makeScene(place, view, bench, { came, source, away }) {
 
   scene.of = (motion, played, open) => {
     number = played;
+    if (open !== before) orbit.home();
+    before = open;
     frames.of({ name: `played ${played}`, width: motion.width, height: motion.height, frames: motion.frames, open });
     orbit.of(played, motion.frames);
     const clip = source();
