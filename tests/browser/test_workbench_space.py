@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from capture.motion import tracks
-from fixtures import frog, write
+from fixtures import frog, walker, write
 from retarget.stage import draw2d
 from retarget.workbench import server, solids
 from retarget.workbench.orbit import turned
@@ -32,7 +32,7 @@ DRAWN = f"""async ([t, turn, tilt]) => {{
 POINTS = f"""async ([who, t]) => {{
     const {{ space, last }} = {VIEW}.scene.orbit;
     let points = null;
-    while (!(points = space.ready && space.points(who, t, last))) await new Promise((went) => setTimeout(went, 20));
+    while (!(points = space.shown && space.points(who, t, last))) await new Promise((went) => setTimeout(went, 20));
     return [...points];
 }}"""
 DRAWS = f"""async () => {{
@@ -46,6 +46,10 @@ DRAWS = f"""async () => {{
     }}
     return times.sort((a, b) => a - b)[30] / 1000;
 }}"""
+
+
+HEAD = """<svg xmlns="http://www.w3.org/2000/svg" width="80" height="100">
+<path d="M40 5 L75 50 L40 95 L5 50 Z" fill="#3070c0" stroke="#102030" stroke-width="4"/></svg>"""
 
 
 def model(folder):
@@ -84,6 +88,15 @@ def folder(tmp_path_factory):
     part = '[[parts]]\nname = "frog"\ndrawing = "model.obj"\ncarried = true\nplane = [0.5, 0.3, 1.0]\n'
     (made / "hop.cast.toml").write_text(part, encoding="utf-8")
     (made / "near.cast.toml").write_text(f"{part}distance = 1.5\n", encoding="utf-8")
+    tracks.save(write.motion_of(walker.walker()), made / "mixed.motion.json")
+    glass = (made / "model.mtl").read_text(encoding="utf-8") + "d 0.7\n"  # the box, in which the vase stands
+    (made / "glass.mtl").write_text(glass, encoding="utf-8")
+    solid = (made / "model.obj").read_text(encoding="utf-8").replace("model.mtl", "glass.mtl")
+    (made / "glass.obj").write_text(solid, encoding="utf-8")
+    (made / "head.svg").write_text(HEAD, encoding="utf-8")
+    parts = '[[parts]]\nname = "torso"\ndrawing = "glass.obj"\ncarried = true\nplane = [0.5, 0.6, 1.0]\n'
+    parts += '[[parts]]\nname = "head"\ndrawing = "head.svg"\n[[parts]]\nname = "far arm"\ndrawing = "head.svg"\n'
+    (made / "mixed.cast.toml").write_text(parts, encoding="utf-8")
     return made
 
 
@@ -127,7 +140,10 @@ def by_processor(performance, t, turn=0.0, tilt=0.0):
     """The exported picture of models turned about the middle of the stage."""
     middle = np.array([*(np.array(performance.size) - 1) / 2, 0])
     rotation = turned(turn, tilt)
-    roles = [replace(role, points=(role.points - middle) @ rotation.T + middle) for role in performance.roles]
+    roles = [
+        replace(role, points=(role.points - middle) @ rotation.T + middle) if solids.is_solid(role) else role
+        for role in performance.roles
+    ]
     return draw2d.draw(replace(performance, roles=tuple(roles)), t)
 
 
@@ -159,12 +175,25 @@ def test_with_perspective_too(opened):
         assert alike(by_card(opened, 20), from_away)[0] < 0.97  # so it can be told from what has no perspective
 
 
+def test_drawings_lie_before_and_behind_the_model_and_what_is_clear_shows_them(opened):
+    with showing(opened, "mixed"):
+        performance = played_of(opened.session.state).performance
+        ours, theirs = by_card(opened, 9), by_processor(performance, 9)
+        agree, apart = alike(ours, theirs)
+        assert agree > 0.98 and apart < 1.5, (agree, apart)
+        assert ((theirs[..., 3] > 150) & (theirs[..., 3] < 220)).sum() > 500  # some of it is clear
+        assert np.abs(ours[..., 3].astype(float) - theirs[..., 3]).mean() < 0.5
+        from_behind = by_card(opened, 9, np.pi)[:, ::-1]
+        changed = np.abs(from_behind.astype(float) - ours).max(axis=2) > 60
+        assert changed.sum() > 500  # there the far arm is the nearest
+
+
 @contextmanager
 def showing(opened, name):
     """Another motion open for a while."""
     for open_now in (name, "hop"):
         opened.page.evaluate(f"tooncap.act('folder.open', {{ file: '{open_now}.motion.json' }})")
-        here = f"{VIEW}.scene.orbit.number === tooncap.state.stage.number && {VIEW}.scene.orbit.space.ready"
+        here = f"{VIEW}.scene.orbit.space.shown === tooncap.state.stage.number"
         wait(opened.page, f"tooncap.state.folder.at.open === '{open_now}' && {here}")
         if open_now == name:
             yield

@@ -9,6 +9,7 @@ export function makeLimbs(bench, view, { changed, act }) {
   let who = "";
   let seen = []; // {part, joint, end, told}
   let drag = null; // {limb, end, to}
+  let times = 0; // that it was closed: what was asked for before is not shown after
 
   limbs.is = (name) => limbs.open && who === name;
   limbs.lined = () => seen.some(({ end }) => end);
@@ -20,8 +21,10 @@ export function makeLimbs(bench, view, { changed, act }) {
   };
 
   async function fetch() {
+    const before = times;
     try {
       const { bitmap, limbs: told } = await bench.picture("stage.body", { who });
+      if (before !== times) return;
       seen = told;
       limbs.open = true;
       view.picture = bitmap;
@@ -34,13 +37,14 @@ export function makeLimbs(bench, view, { changed, act }) {
 
   limbs.close = () => {
     limbs.open = false;
+    times++;
     drag = null;
     changed();
   };
   limbs.refresh = (cast) => {
     if (!limbs.open) return;
     if (!cast?.bodies.some(({ drawing }) => drawing === who)) return limbs.close();
-    fetch();
+    fetch().then(changed);
   };
   limbs.hint = () => (limbs.lined() ? "Drag a joint, or a limb's end: what lies along its line is its own." : "Drag a joint: there the part turns. What was not dragged is where the source's is.");
   limbs.give = () => act("lines", { who });

@@ -6,6 +6,7 @@ import { makeSpace } from "./space.js";
 
 const LINES = 16; // of the ground, across the stage
 const DEEP = 80; // times the stage's longer edge is what the card tells near from far in
+const SETTLED = 200; // ms without another performance: a slider that is dragged makes many
 const GROUND = [0.62, 0.66, 0.72, 0.28];
 const PLANE = [0.94, 0.69, 0.29, 0.9]; // the clip's own camera looks through this
 
@@ -24,11 +25,14 @@ export function makeOrbit(place, view, bench) {
   space.came = () => orbit.came?.();
   orbit.turned = () => orbit.turn !== 0 || orbit.tilt !== 0;
 
-  // The performance that is on the stage now; nothing is asked of the card before somebody turns it.
+  // The performance that is on the stage now; its models are fetched once it stays for a moment.
+  let timer = 0;
   orbit.of = (number, frames) => {
+    if (number === orbit.number) return;
     orbit.number = number;
     orbit.last = frames - 1;
-    if (orbit.works) space.of(number);
+    clearTimeout(timer);
+    timer = setTimeout(() => orbit.works && space.of(orbit.number), SETTLED);
   };
 
   orbit.home = () => Object.assign(orbit, { turn: 0, tilt: 0, shift: [0, 0] });
@@ -74,7 +78,6 @@ export function makeOrbit(place, view, bench) {
   canvas.addEventListener("webglcontextrestored", () => {
     orbit.works = true;
     asked = false;
-    space.of(orbit.number);
     orbit.came?.();
   });
 
@@ -88,7 +91,7 @@ export function makeOrbit(place, view, bench) {
 
   // Draw frame t; true where that was done, false where Python must.
   orbit.draw = (t) => {
-    if (!orbit.works || !space.ready) return false;
+    if (!orbit.works || !space.shown) return false;
     if (!asked) {
       asked = true;
       card = makeCard(canvas);
@@ -97,7 +100,7 @@ export function makeOrbit(place, view, bench) {
     if (!card) return false;
     const size = sized(canvas);
     if (!size || card.gl.isContextLost()) return false;
-    if (prepared !== orbit.number) prepare();
+    if (prepared !== space.shown) prepare();
     const here = drawn.map((one, who) => (one.solid ? placed(one, who, t) : layered(one, who, t)));
     if (here.every(Boolean)) orbit.frame = t;
     paint(t, size);
@@ -110,7 +113,7 @@ export function makeOrbit(place, view, bench) {
   function prepare() {
     const { gl } = card;
     forget();
-    prepared = orbit.number;
+    prepared = space.shown;
     orbit.frame = -1;
     const [width, height] = space.size;
     orbit.pivot = [(width - 1) / 2, (height - 1) / 2, 0];
@@ -162,13 +165,16 @@ export function makeOrbit(place, view, bench) {
       deep: DEEP * Math.max(...space.size),
     };
     const seen = drawn.filter(({ visible }) => visible[t]);
-    begin(card.solid, shared);
-    for (const one of seen) if (one.solid && one.points) solid(one, t);
+    const towards = shared.turn[8] < 0 ? -1 : 1;
+    const flat = seen.filter((one) => !one.solid && one.picture).map((one) => [one, towards * layer(one, seen, t)]);
+    flat.sort((a, b) => a[1] - b[1]);
     begin(card.sheet, shared);
     if (orbit.scenery) lines();
-    const flat = seen.filter((one) => !one.solid && one.picture).map((one) => [one, layer(one, seen, t)]);
-    const towards = shared.turn[8] < 0 ? -1 : 1;
-    for (const [one, z] of flat.sort((a, b) => towards * (a[1] - b[1]))) sheet(one, z);
+    for (const [one, near] of flat) if (near < 0) sheet(one, towards * near); // first: a clear model shows them
+    begin(card.solid, shared);
+    for (const one of seen) if (one.solid && one.points) solid(one);
+    begin(card.sheet, shared);
+    for (const [one, near] of flat) if (near >= 0) sheet(one, towards * near);
     gl.bindVertexArray(null);
   }
 

@@ -13,6 +13,7 @@ export function makeRedraw(bench, view, { changed, act }) {
   let reach = 60; // pixels of the drawing
   let asking = false;
   let wanted = null;
+  let times = 0; // that it was closed: what was asked for before is not shown after
 
   redraw.is = (part, key) => redraw.open && which.part === part && which.key.name === key;
 
@@ -22,8 +23,10 @@ export function makeRedraw(bench, view, { changed, act }) {
   };
 
   async function fetch(part, key, pull = {}) {
+    const before = times;
     try {
       const { bitmap, svg } = await bench.picture("stage.drawing", { part, key: key.name, ...pull });
+      if (before !== times) return;
       const first = !redraw.open || which.part !== part || which.key.name !== key.name;
       which = { part, key, svg };
       redraw.open = true;
@@ -39,6 +42,7 @@ export function makeRedraw(bench, view, { changed, act }) {
 
   redraw.close = () => {
     redraw.open = false;
+    times++;
     which = drag = null;
     pen.forget();
     changed();
@@ -59,9 +63,9 @@ export function makeRedraw(bench, view, { changed, act }) {
   redraw.part = () => which.part;
   redraw.pen = (on) => {
     redraw.draws = on;
-    view.canvas.style.cursor = on ? "crosshair" : "default";
     changed();
   };
+  redraw.drawing = () => redraw.open && drawing();
   const drawing = () => redraw.draws && which.svg && !which.key.outline.length;
 
   redraw.hint = () =>

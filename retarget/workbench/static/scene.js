@@ -15,13 +15,16 @@ export function makeScene(place, view, bench, { came, source, away }) {
   const degrees = 180 / Math.PI;
   let frame = 0;
   let number = 0;
+  let before = ""; // what was open
 
   scene.turned = orbit.turned;
   scene.home = orbit.home;
-  scene.hint = () => (orbit.works && !orbit.space.ready ? "Fetching the models…" : "The model from elsewhere; a double click brings it back.");
+  scene.hint = () => (orbit.works && !orbit.space.shown ? "Fetching the models…" : "The model from elsewhere; a double click brings it back.");
 
   scene.of = (motion, played, open) => {
     number = played;
+    if (open !== before) orbit.home();
+    before = open;
     frames.of({ name: `played ${played}`, width: motion.width, height: motion.height, frames: motion.frames, open });
     orbit.of(played, motion.frames);
     const clip = source();

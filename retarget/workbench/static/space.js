@@ -7,32 +7,37 @@ const AHEAD = 2; // pieces
 const LAYERS = 48; // pictures of drawings that are kept
 
 export function makeSpace(bench) {
-  const space = { ready: false, roles: [], ground: 0, size: [1, 1], held: 0, came: () => {} };
+  const space = { shown: 0, roles: [], ground: 0, size: [1, 1], held: 0, came: () => {} }; // shown: the performance's number
   const pieces = new Map(); // "who first" -> {points, first, count}
   const layers = new Map(); // "who frame" -> bitmap
   const loading = new Set();
   let number = 0;
 
-  // Another performance: its models are fetched, and `came` is called when they are here.
+  // Another performance: its models are fetched, and `came` is called when they are here; until then the old ones stay.
   space.of = async (played) => {
     if (played === number) return;
     number = played;
-    Object.assign(space, { ready: false, roles: [], held: 0 });
-    pieces.clear();
-    layers.forEach((bitmap) => bitmap.close());
-    layers.clear();
-    loading.clear();
-    if (!played) return;
+    if (!played) return clear({ roles: [], shown: 0 });
     try {
       const { view } = await bench.look("stage.space");
       const told = JSON.parse(new TextDecoder().decode(new Uint8Array(view.buffer, view.byteOffset, view.byteLength)));
       const roles = await Promise.all(told.roles.map((role, who) => (role.solid ? solid(role, who) : role)));
-      if (played === number && told.number === number) Object.assign(space, told, { roles, ready: true });
+      if (played !== number) return;
+      if (told.number === number) clear({ ...told, roles, shown: number });
+      else number = 0; // it was another one already: what is played now is asked for next
     } catch (error) {
       if (played === number) bench.say(error.message);
     }
     space.came();
   };
+
+  function clear(fields) {
+    Object.assign(space, fields, { held: 0 });
+    pieces.clear();
+    layers.forEach((bitmap) => bitmap.close());
+    layers.clear();
+    loading.clear();
+  }
 
   async function solid(role, who) {
     const { event, view } = await bench.look("stage.solid", { who });
@@ -71,7 +76,7 @@ export function makeSpace(bench) {
 
   async function fetchPoints(who, first, count) {
     const name = `${who} ${first}`;
-    if (pieces.has(name) || loading.has(name)) return;
+    if (pieces.has(name) || loading.has(name) || space.shown !== number) return;
     const of = number;
     loading.add(name);
     try {
@@ -101,7 +106,7 @@ export function makeSpace(bench) {
   };
 
   async function fetchLayer(name, who, t) {
-    if (loading.has(name)) return;
+    if (loading.has(name) || space.shown !== number) return;
     const of = number;
     loading.add(name);
     try {

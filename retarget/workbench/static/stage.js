@@ -31,7 +31,7 @@ export function mount(el, bench) {
   const view = makeView(picture);
   place(view.canvas, "The stage");
   const time = makeTimeline(below, { went: show, keyChosen: ({ frame }) => time.go(frame) });
-  const desk = { tool: "look", chosen: new Set(), kind: ".gif", told: null, toldOf: 0, line: null, drag: null, problem: "" };
+  const desk = { tool: "look", chosen: new Set(), kind: ".gif", told: null, toldOf: 0, line: null, drag: null, problem: "", proposed: -1 };
 
   const now = () => bench.state.stage ?? {};
   const act = (name, fields, options) => bench.act(`stage.${name}`, fields, options);
@@ -56,9 +56,11 @@ export function mount(el, bench) {
   function choose(name) {
     desk.tool = name;
     for (const [other, element] of Object.entries(tools)) element.setAttribute("aria-pressed", String(other === name));
-    view.canvas.style.cursor = name === "look" ? "default" : "crosshair";
+    cursor();
     explain();
   }
+
+  const cursor = () => (view.canvas.style.cursor = (editor() ? redraw.drawing() : desk.tool !== "look") ? "crosshair" : "default");
 
   function show() {
     if (!now().number || editor()) return;
@@ -175,6 +177,7 @@ export function mount(el, bench) {
     if (!motion) text = "Nothing was captured yet: do that at the capture desk, or open a *.motion.json.";
     else if (!cast) text = players.hint();
     else if (editor()) text = editor().hint();
+    else if (desk.proposed === number) text = "Proposed: compare each key with the source's at the right; click one to correct it. Undo takes them back.";
     else if (bench.running === "stage.export") text = "Exporting. You may go on.";
     else if (desk.problem) text = desk.problem;
     else if (view.number !== number && !scene.turned()) text = "Learning the drawings…";
@@ -186,6 +189,7 @@ export function mount(el, bench) {
   }
 
   function panel() {
+    cursor();
     fill(rail, ...(editor() ? keyTools({ redraw, limbs, act }) : Object.values(tools)));
     const { motion, cast, formats = {} } = now();
     if (!motion) return fill(side, make("h2", {}, "Who plays"), make("p.none", {}, "First a motion must be captured."),
@@ -271,7 +275,8 @@ export function mount(el, bench) {
   }
 
   bench.on("progress", () => (panel(), explain()));
-  bench.on("ended", () => {
+  bench.on("ended", ({ work, made }) => {
+    if (work === "stage.propose" && made) desk.proposed = now().number;
     panel();
     explain();
   });

@@ -6,17 +6,17 @@ const kept = new Map(); // name -> address of a small picture, the least recentl
 const KEPT = 200;
 
 export function keysPanel(bench, cast, { redraw, limbs }) {
-  const rows = cast.parts.flatMap((part) => part.keys.map((key) => row(bench, part, key, redraw, () => (limbs.open && limbs.close(), redraw.show(part, key)))));
-  const bodies = cast.bodies.map(({ drawing }) => {
+  const rows = cast.parts.flatMap((part) => part.keys.filter(({ file }) => !MODEL.test(file)).map((key) => row(bench, part, key, redraw, () => (limbs.open && limbs.close(), redraw.show(part, key)))));
+  const bodies = cast.bodies.filter(({ drawing }) => !MODEL.test(drawing)).map(({ drawing }) => {
     const shown = { type: "button", "aria-current": String(limbs.is(drawing)), onclick: () => (redraw.open && redraw.close(), limbs.show(drawing)) };
-    return make("li", {}, make("button.key", shown, drawing, make("small", {}, "its joints")));
+    return make("li", {}, make("button.key", shown, make("span", {}, drawing.split("/").at(-1)), make("small", {}, "joints")));
   });
   const models = cast.parts.some((part) => [part.drawing, ...part.keys.map(({ file }) => file)].some((file) => MODEL.test(file)));
   return [
     (rows.length > 0 || bodies.length > 0) && make("h2", { title: "Each beside the source's; click one to correct it" }, rows.length ? "Its keys, beside the source's" : "Who it is"),
     rows.length > 0 && make("ol.keys.pairs", {}, ...rows),
     bodies.length > 0 && make("ol.keys", {}, ...bodies),
-    models && make("p.none", {}, "A model's keys are morph targets of its file, named after the keys; without any they are made after the source's."),
+    models && make("p.none", {}, "A model's keys are morph targets or poses in its file: change them there. Without any they are made after the source's."),
   ];
 }
 
@@ -35,7 +35,6 @@ export function keyTools({ redraw, limbs, act }) {
 }
 
 function row(bench, part, key, redraw, show) {
-  if (MODEL.test(key.file)) return make("li.model", {}, make("span.key", {}, key.name, make("small", {}, key.file)));
   const said = { type: "button", "aria-current": String(redraw.is(part.name, key.name)), onclick: () => show(key) };
   const many = key.outline.length ? `${key.outline.length} points` : key.file;
   const source = small(bench, { part: part.name, key: key.name, of: "source" }, `source's ${bench.state.folder.at.open} ${part.name} ${key.name}`);
