@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from capture.errors import InputError
-from retarget.workbench.state import DOCUMENTS, State, documents, file_of
+from retarget.workbench.state import DOCUMENTS, SHOT, State, documents, file_of
 
 
 class Unwritable(InputError):
@@ -33,7 +33,7 @@ def note(saved: Saved, state: State, kinds: Sequence[str] = DOCUMENTS) -> None:
         if path.exists():
             saved.documents[path], saved.digests[path] = document, _digest(path)
             saved.blank.pop(path, None)
-        else:
+        elif kind == SHOT:  # a figure's documents are read from their files by what plays it: they are always written
             saved.blank[path] = document
             saved.documents.pop(path, None)
             saved.digests.pop(path, None)
