@@ -6,6 +6,7 @@ import secrets
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -59,12 +60,10 @@ CELLS = "[...jupyterapp.shell.currentWidget.content.widgets].map((cell) => cell.
 READY = "window.jupyterapp?.shell.currentWidget?.context?.sessionContext?.session?.kernel?.status === 'idle'"
 
 
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory):
-    """A JupyterLab of its own on this machine, with nothing of the user's."""
-    pytest.importorskip("jupyterlab", reason="jupyterlab, of the extra notebook, is not installed")
-    pytest.importorskip("anywidget", reason="anywidget, of the extra notebook, is not installed")
-    home, token = tmp_path_factory.mktemp("jupyter"), secrets.token_hex(12)
+@contextmanager
+def serving(home):
+    """A JupyterLab of its own on this machine, with nothing of the user's; all that it writes is in a folder."""
+    token = secrets.token_hex(12)
     for name in ("work", "settings/@jupyterlab/apputils-extension"):
         (home / name).mkdir(parents=True)
     quiet = home / "settings/@jupyterlab/apputils-extension/notification.jupyterlab-settings"
@@ -92,32 +91,45 @@ def lab(tmp_path_factory):
         process.wait(30)
 
 
+def show(lab, page, name, sources):
+    """Open a new notebook of cells in the page, and run it until the posing desk is seen."""
+    import nbformat
+
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(source) for source in sources])
+    notebook.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3", "language": "python"}
+    nbformat.write(notebook, lab.work / name)
+    page.goto(f"{lab.address}lab/tree/{name}?token={lab.token}&reset")
+    page.wait_for_function(READY, timeout=90_000)
+    page.evaluate("jupyterapp.commands.execute('notebook:run-all-cells')")
+    page.wait_for_selector(".postures", timeout=90_000)
+    page.evaluate("document.querySelector('.tooncap-cell').scrollIntoView()")
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """A JupyterLab for all tests here."""
+    pytest.importorskip("jupyterlab", reason="jupyterlab, of the extra notebook, is not installed")
+    pytest.importorskip("anywidget", reason="anywidget, of the extra notebook, is not installed")
+    with serving(tmp_path_factory.mktemp("jupyter")) as running:
+        yield running
+
+
 @pytest.fixture
 def opened(lab, flat_browser, request):
     """A notebook of cells, shown and run; `request.param` is a script that its page begins with."""
-    import nbformat
-
     context = flat_browser.new_context(viewport={"width": 1280, "height": 720})
     if getattr(request, "param", ""):
         context.add_init_script(request.param)
     told, asked = [], []
 
-    def show(*sources):
-        notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(source) for source in sources])
-        notebook.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3", "language": "python"}
-        name = f"{request.node.name.split('[')[0]}.ipynb"
-        nbformat.write(notebook, lab.work / name)
+    def shown(*sources):
         page = context.new_page()
         page.on("pageerror", lambda error: told.append(str(error)))
         page.on("request", lambda request: asked.append(request.url))
-        page.goto(f"{lab.address}lab/tree/{name}?token={lab.token}&reset")
-        page.wait_for_function(READY, timeout=90_000)
-        page.evaluate("jupyterapp.commands.execute('notebook:run-all-cells')")
-        page.wait_for_selector(".postures", timeout=90_000)
-        page.evaluate("document.querySelector('.tooncap-cell').scrollIntoView()")
+        show(lab, page, f"{request.node.name.split('[')[0]}.ipynb", sources)
         return page
 
-    yield show
+    yield shown
     context.close()
     assert [line for line in told if "no way there" not in line] == []
     assert [url for url in asked if not url.startswith((lab.address, "blob:", "data:"))] == []
