@@ -1,6 +1,6 @@
 # Every target makes .venv first (.ci/setup.sh: once, then again when pyproject.toml or constraints.txt changes).
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench format setup clean
+.PHONY: help demo gallery test bench format setup clean
 
 # PyTorch's CPU wheels live at an address of their own; on Linux without an NVIDIA card, give it here.
 TORCH_INDEX ?=
@@ -22,6 +22,9 @@ help:  ## show this list
 
 demo: setup  ## capture the built-in cartoon, lend its motion to another drawing, write the videos
 	@$(BIN)/tooncap demo $(ARGS)
+
+gallery: setup  ## make the pictures of the README anew (ARGS="analogy desk" for some)
+	@$(BIN)/python -m notebooks.gallery.make $(ARGS)
 
 test: setup  ## lint, format check and all tests (ARGS="-k matte" for some)
 	@$(BIN)/ruff check

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 if TYPE_CHECKING:
     from capture.pictures.clip import Clip
     from capture.pictures.shot import Shot
+    from mocap.skeletons.skeleton import SkeletonMotion
 
 Out = Annotated[Path | None, Parameter(name=["--out", "-o"])]
 Device = Literal["auto", "cpu", "cuda"]
@@ -99,6 +100,16 @@ def told(clip: "Clip") -> "Clip":
     """The clip, after saying what a user should know of it."""
     tell(clip.notes)
     return clip
+
+
+def captured(clip: Path, strict: bool = False, fps: float | None = None) -> "SkeletonMotion":
+    """The motion capture in a file, upright and in metres, after saying what a user should know of it."""
+    from mocap.skeletons.bvh import read_bvh
+    from mocap.skeletons.units import upright
+
+    motion = upright(read_bvh(clip, strict, fps))
+    tell(f"{clip}: {note}" for note in motion.notes)
+    return motion
 
 
 def tell(notes: Iterable[str]) -> None:

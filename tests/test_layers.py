@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -44,6 +45,16 @@ def test_fixtures_import_nothing_of_ours_but_types():
             elif isinstance(node, ast.ImportFrom) and _within(node.module or "", ("capture",)):
                 found += [(path.name, alias.name) for alias in node.names if not alias.name[0].isupper()]
     assert found == []
+
+
+def test_no_files_import_each_other_in_a_circle():
+    """Nor name each other's types: what two files need belongs in a third, below both."""
+    files = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in _ours() if path.suffix == ".py"}
+    below = {
+        name: {other for other in _imports(path.read_text("utf-8"), name.rpartition(".")[0], False) if other in files}
+        for name, path in files.items()
+    }
+    TopologicalSorter(below).prepare()  # raises with the circle, file by file
 
 
 def test_heavy_libraries_are_imported_only_inside_functions():

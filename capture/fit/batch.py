@@ -72,17 +72,31 @@ def capture_to(out: Path, shot: "Shot", clip: "Clip", refined: bool = False, dev
     beside `out`, named like it with ".part" added.
     """
     from capture.fit import video
-    from capture.motion import tracks
 
     if refined:
         from capture.fit import refine
 
         device = refine.device_of(device)  # refused now, if it must be, and not after the capture
-    motion = video.capture(shot, clip, keep=out.with_name(out.name + ".part"))
+    motion = video.capture(shot, clip, keep_beside(out), stays=True)
     if refined:
         motion = refine.refine(motion, shot, clip, device)
-    tracks.save(motion, out)
+    put(motion, out)
     return motion
+
+
+def keep_beside(out: Path) -> Path:
+    """Where an interrupted capture keeps what it has done."""
+    return out.with_name(out.name + ".part")
+
+
+def put(motion: "CartoonMotion", out: Path) -> None:
+    """Save a captured motion; only then goes what an interruption would have gone on from."""
+    from capture.motion import tracks
+    from capture.progress import working
+
+    with working("saving"):  # the last place where who listens may stop it
+        tracks.save(motion, out)
+    keep_beside(out).unlink(missing_ok=True)
 
 
 def run(

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 import capture
 from capture.files import written_beside
+from capture.fit import source
 from capture.pictures.clip import Clip
 from capture.pictures.shot import Shot
 
@@ -30,11 +31,12 @@ class Keep:
     path: Path
     fits: str  # what it must go with: shot, clip and program
     first: int = 0  # the clip's number of frame 0
+    shot: Any = None  # what is captured, in plain values
 
     def write(self, state: Any, known: Sequence[Any]) -> None:
         """Put a state in the file; whatever of `known` it holds is only named, not stored."""
         arrays: list[NDArray] = []
-        tree = {"fits": self.fits, "state": _packed(state, known, arrays)}
+        tree = {"fits": self.fits, "shot": self.shot, "state": _packed(state, known, arrays)}
         text = np.frombuffer(json.dumps(tree).encode(), np.uint8)
         with written_beside(self.path) as temporary, temporary.open("wb") as file:
             np.savez(file, tree=text, **{str(number): array for number, array in enumerate(arrays)})
@@ -72,8 +74,8 @@ class Keep:
         return f"goes {'back' if state.back else 'on'} from frame {state.frame + self.first}"
 
 
-def keep_of(path: str | Path, shot: Shot, clip: Clip) -> Keep:
-    """The file at `path`, for a shot of this clip."""
+def keep_of(path: str | Path, shot: Shot, clip: Clip, before: str = "") -> Keep:
+    """The file at `path`, for a shot of this clip, and for the motion `before` if that is captured again in part."""
     told = (
         repr(shot.parts),
         shot.start,
@@ -84,8 +86,22 @@ def keep_of(path: str | Path, shot: Shot, clip: Clip) -> Keep:
         len(clip),
         _source(clip),
         _program(),
+        *filter(None, [before]),
     )
-    return Keep(Path(path), hashlib.sha256(repr(told).encode()).hexdigest(), shot.start)
+    return Keep(Path(path), hashlib.sha256(repr(told).encode()).hexdigest(), shot.start, source.plain(shot))
+
+
+def kept_shot(path: Path, clip: Clip) -> Shot | None:
+    """The shot whose interrupted capture is kept at `path`, if this clip and program could go on with it."""
+    import msgspec
+
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+            tree = json.loads(stored["tree"].tobytes())
+        shot = msgspec.convert(tree["shot"], Shot)
+    except (OSError, EOFError, LookupError, ValueError, zipfile.BadZipFile):  # msgspec's errors are ValueErrors
+        return None
+    return shot if keep_of(path, shot, clip).fits == tree["fits"] else None
 
 
 def _source(clip: Clip) -> Any:

@@ -28,6 +28,11 @@ def empty(frames: int, like: Pose) -> Poses:
     return Poses(columns, np.zeros(frames, bool))
 
 
+def copy(poses: Poses) -> Poses:
+    """A table of its own, to be written into."""
+    return Poses({name: column.copy() for name, column in poses.columns.items()}, poses.known.copy())
+
+
 def put(poses: Poses, t: int, pose: Pose) -> None:
     """Write frame t's pose into the table."""
     for name, column in poses.columns.items():

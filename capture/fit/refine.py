@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from capture.fit import contour, video
+from capture.fit import contour, source, video
 from capture.fit.pixels import model as models
 from capture.fit.pixels.model import PartModel
 from capture.fit.whole import in_time
@@ -62,7 +62,7 @@ def refine(
         for number in sorted(range(len(learnt)), key=lambda n: -learnt[n].part.order):  # what covers others comes first
             courses[number] = _refined(number, learnt, courses, clip, shot.start, device)
         tracks = [_as_track(motion, model, course, loose) for model, course in zip(learnt, courses)]
-    return relative_to_parents(replace(motion, tracks=tuple(tracks)))
+    return source.stamped(relative_to_parents(replace(motion, tracks=tuple(tracks))), shot)
 
 
 def device_of(device: str) -> str:

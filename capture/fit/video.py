@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.fit import contour, meet, passes
+from capture.fit import contour, meet, passes, source
 from capture.fit.checkpoint import Keep, keep_of
 from capture.fit.pixels import model as models
 from capture.fit.pixels.find import Pose
@@ -26,7 +26,7 @@ LOOSE = 0.2  # pixels of misfit worth a weight of 1 on rows beside the three of 
 CHUNK = 512  # frames whose meshes are in memory at a time
 
 
-def capture(shot: Shot, clip: Clip | None = None, keep: str | Path | None = None) -> CartoonMotion:
+def capture(shot: Shot, clip: Clip | None = None, keep: str | Path | None = None, stays: bool = False) -> CartoonMotion:
     """Capture all parts of a shot: where each is in every frame, and which of its keys it looks like.
 
     Every part is followed from its key frames through the whole clip; the more keys, the surer, and any frame will do,
@@ -34,7 +34,8 @@ def capture(shot: Shot, clip: Clip | None = None, keep: str | Path | None = None
     `clip` may be given where the frames are not in a file.
 
     A long capture may be interrupted: with `keep`, the path of a file, what is done is put there every few seconds,
-    and the same call again goes on from there to the very same result.  The file is removed at the end.
+    and the same call again goes on from there to the very same result.  The file is removed at the end, unless it
+    `stays` until its owner has put the motion away.
     """
     from threadpoolctl import threadpool_limits
 
@@ -49,8 +50,8 @@ def capture(shot: Shot, clip: Clip | None = None, keep: str | Path | None = None
         fps=float(clip.fps),
         size=clip.size,
     )
-    motion = relative_to_parents(motion)
-    if kept is not None:
+    motion = source.stamped(relative_to_parents(motion), shot)
+    if kept is not None and not stays:
         kept.remove()
     return motion
 
@@ -71,7 +72,7 @@ def follow(
     keys = [key_poses(model, clip, first) for model in learnt]
     done = passes.go_through(learnt, keys, clip, keep)
     runs = zip(learnt, done.forward, done.backward)
-    return [(_as_track(model, meet.joined(model, *of_part)), model) for model, *of_part in runs]
+    return [(as_track(model, meet.joined(model, *of_part)), model) for model, *of_part in runs]
 
 
 def key_poses(model: PartModel, clip: Clip, first: int = 0) -> dict[int, Pose]:
@@ -81,8 +82,11 @@ def key_poses(model: PartModel, clip: Clip, first: int = 0) -> dict[int, Pose]:
     return dict(sorted(poses.items()))
 
 
-def _as_track(model: PartModel, poses: Poses) -> Track:
-    """Tracked shapes as weights over rows, which any target can redraw: contour capture of the tracked mesh."""
+def as_track(model: PartModel, poses: Poses) -> Track:
+    """Tracked shapes as weights over rows, which any target can redraw: contour capture of the tracked mesh.
+
+    Its maps are those of the picture, about the part's pivot.
+    """
     keyset, part, column = model.keyset, model.part, poses.columns
     placed, weights = column["placed"], np.ones((len(poses.known), 1))
     if model.shape is not None:

@@ -104,7 +104,7 @@ def follow(mesh: NDArray, faces: NDArray, turns: NDArray, stretches: NDArray) ->
     mesh = np.asarray(mesh, float)
     start = _differences(mesh, faces)
     right = start.divergence(_rotation(turns) @ stretches)
-    return _solve(start.laplacian(), right, faces, np.broadcast_to(mesh, (len(turns), *mesh.shape)))
+    return _solve(start.laplacian(), right, np.broadcast_to(mesh, (len(turns), *mesh.shape)))
 
 
 def _mix(keys: NDArray, faces: NDArray, weights: NDArray) -> NDArray:
@@ -118,7 +118,7 @@ def _mix(keys: NDArray, faces: NDArray, weights: NDArray) -> NDArray:
         goals = _rotation(weights @ turn) @ np.tensordot(weights, stretch, axes=1)  # (T, F, 2, 2)
         right = right + start.divergence(goals)
     anchors = np.tensordot(weights, keys, axes=1)
-    return _solve(sum(start.laplacian() for start in starts), right, faces, anchors)
+    return _solve(sum(start.laplacian() for start in starts), right, anchors)
 
 
 def _turns_between(ways: NDArray, faces: NDArray, area: NDArray) -> NDArray:
@@ -223,17 +223,19 @@ def _neighbours(faces: NDArray) -> object:
     return incidence @ incidence.T
 
 
-def _solve(matrix: object, right: NDArray, faces: NDArray, anchors: NDArray) -> NDArray:
-    """Solve for all right-hand sides (S, N, 2) at once; each connected piece keeps its anchors' centre."""
+def _solve(matrix: object, right: NDArray, anchors: NDArray) -> NDArray:
+    """Solve for all right-hand sides (S, N, 2) at once; each connected piece keeps its anchors' centre.
+
+    What only collapsed faces join is not connected: a point that has no other faces is a piece of its own.
+    """
     from scipy import sparse
     from scipy.sparse import csgraph
     from scipy.sparse.linalg import splu
 
     count = right.shape[1]
-    edges = sparse.csr_matrix(
-        (np.ones(2 * len(faces)), (faces[:, [0, 1]].T.ravel(), faces[:, [1, 2]].T.ravel())), shape=(count, count)
-    )
-    pieces, piece = csgraph.connected_components(edges, directed=False)
+    stiff = sparse.csr_matrix(matrix)
+    stiff.eliminate_zeros()
+    pieces, piece = csgraph.connected_components(stiff, directed=False)
     pins = np.array([np.flatnonzero(piece == number)[0] for number in range(pieces)])
     hold = sparse.csr_matrix((np.full(pieces, matrix.diagonal().mean()), (pins, pins)), shape=(count, count))
     solver = splu((matrix + hold).tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})

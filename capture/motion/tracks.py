@@ -54,6 +54,7 @@ class CartoonMotion:
     fps: float
     size: tuple[int, int]  # width and height of the source's canvas
     space: str = "pixels, y down"
+    source: dict[str, Any] | None = None  # what it was captured from, in plain values; see `capture.fit.source`
 
     def track(self, part: str) -> Track:
         """The track of a part; an unknown name is refused with the names there are."""
@@ -263,6 +264,7 @@ def _to_json(motion: CartoonMotion) -> str:
         "size": list(motion.size),
         "space": motion.space,
         "times": motion.times,
+        **({} if motion.source is None else {"source": motion.source}),
         "tracks": [_stored(track) for track in motion.tracks],
         "keysets": [_stored(keyset) for keyset in motion.keysets],
     }
@@ -302,6 +304,7 @@ def _from_stored(stored: dict[str, Any]) -> CartoonMotion:
         fps=float(stored["fps"]),
         size=(int(stored["size"][0]), int(stored["size"][1])),
         space=str(stored["space"]),
+        source=source if isinstance(source := stored.get("source"), dict) else None,
     )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
+from mocap.posing.sounds import SOUNDS, read_sound
 
 SLOWEST, FASTEST = 40.0, 240.0
 QUICKEST = 135.0
@@ -59,6 +60,12 @@ def halved(beats: Beats) -> Beats:
     return Beats(beats.times[::2], beats.bpm / 2, beats.seconds)
 
 
+def doubled(beats: Beats) -> Beats:
+    """Beats half-way between as well: double time, for music of which only every second beat was found."""
+    between = 0.5 * (beats.times[1:] + beats.times[:-1])
+    return Beats(np.sort(np.concatenate([beats.times, between])), beats.bpm * 2, beats.seconds)
+
+
 def danced(beats: Beats) -> Beats:
     """The beats to dance: every one, or above QUICKEST every second, or fourth."""
     while beats.bpm > QUICKEST and len(beats.times) > 1:
@@ -67,16 +74,20 @@ def danced(beats: Beats) -> Beats:
 
 
 def read_beats(path: str | Path) -> Beats:
-    """The beats of a *.mid or *.wav file."""
+    """The beats of a *.mid file, or those heard in a recording: *.wav, *.mp3, *.ogg, *.flac, *.m4a, ..."""
     path = Path(path)
     if not path.is_file():
         raise InputError(f"music must be a file that exists: there is no {path}")
     kind = path.suffix.lower()
     if kind in (".mid", ".midi"):
         return _of_midi(path)
-    if kind == ".wav":
-        return heard(*_samples(path))
-    raise InputError(f"music must be a MIDI or WAV file, {path.name} is neither: convert it, or give its tempo")
+    if kind in SOUNDS:
+        sound, rate = read_sound(path)
+        return heard(sound.mean(axis=1), rate)
+    raise InputError(
+        f"music must be a .mid file or a recording ({', '.join(SOUNDS)}), {path.name} is neither: convert it, or give "
+        "its tempo"
+    )
 
 
 def heard(sound: NDArray, rate: float) -> Beats:
@@ -131,25 +142,6 @@ def _of_midi(path: Path) -> Beats:
 
 def _tempo(step: float) -> float:
     return 60 / step
-
-
-def _samples(path: Path) -> tuple[NDArray, float]:
-    """One channel of a WAV file, and its rate."""
-    import struct
-    import warnings
-
-    from scipy.io import wavfile
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # chunks it does not know
-            rate, sound = wavfile.read(path)
-    except (OSError, EOFError, ValueError, IndexError, TypeError, struct.error) as error:
-        raise InputError(f"{path} must be a WAV file, it cannot be read: {str(error) or 'it is cut off'}") from None
-    sound = np.asarray(sound, float)
-    if sound.size == 0 or rate <= 0:
-        raise InputError(f"{path} must hold sound, it is empty: export it again")
-    return sound.mean(axis=1) if sound.ndim > 1 else sound, float(rate)
 
 
 def _onsets(sound: NDArray, rate: float) -> NDArray:

@@ -51,7 +51,7 @@ class Step:
 class Phrase:
     """Steps that belong together, and come again together."""
 
-    steps: tuple[Step, ...]
+    steps: tuple[Step, ...] = ()
     beats: float = 8.0
     repeats: int = 1
     mirror: bool = False

@@ -38,13 +38,15 @@ def danced(
     springs: Elastic = SPRINGS,
     extent: float = 1.0,
     rest: NDArray | None = None,
+    between: tuple[float, float] | None = None,
 ) -> SkeletonMotion:
     """The motion of a skeleton, upright and in metres, that dances as long as the music lasts, its feet on the floor.
 
     Its beats are those of the music, from the first; each posture is reached when its beat sounds.  What several steps
     of one beat do to a joint is added; a joint that a part's steps do not concern goes on.  From one leg to the other
     it hops.  `rest` (J, 4) is how joints stand at rest, `springs` are the elastic joints', and `extent` is how far all
-    postures go.
+    postures go.  `between` two moments, in seconds, only those frames are made: they are the same in all of it, but for
+    what is smoothed at their ends.
     """
     if not 1 <= fps <= 1000:
         raise InputError(f"frames a second must be 1 to 1000, got {fps:g}: 24 is film")
@@ -54,6 +56,10 @@ def danced(
     body = find_body(skeleton, at_rest[..., 3])
     at = np.arange(max(int(np.ceil(music.seconds * fps - 1e-9)), 1)) / fps
     beats = _beats_until(at[-1], music)
+    if between is not None:
+        at = at[(at >= between[0] - 1e-9) & (at < between[1])]
+        if not len(at):
+            raise InputError(f"what is made of a dance must be some of its {music.seconds:g} s, got {between}")
     steps, layers = unrolled(dance, beats), []
     for own in (steps, pulses(dance, beats)):
         goals = _goals(skeleton, body, pool, own, at_rest, extent)

@@ -27,6 +27,11 @@ MOST_STEPS = 1920
 REACH = 0.25
 """How far in radians the quickest swing of the links gets in a step: the error of a step goes with its square / 24."""
 
+QUARTER = np.pi / 2
+"""How far in radians a sub-joint's own swing gets in a step: near half a round links would push it ever further.
+
+What is quicker than the shortest steps is held so firmly that links do not move it."""
+
 
 def follow(
     positions: NDArray,
@@ -148,9 +153,13 @@ def _links(
     meet = np.bincount(np.concatenate([child, parent]), minlength=len(omega))
     share = (meet[child] + meet[parent]).max()  # what hangs together swings quicker: Gershgorin's bound
     quickest = max(np.sqrt(pull.max() * share), drag.max() * share)
-    steps = min(STEPS * np.ceil(quickest / (REACH * STEPS)), MOST_STEPS)
+    wanted = max(quickest / REACH, omega.max() / QUARTER)
+    steps = min(STEPS * np.ceil(wanted / STEPS), MOST_STEPS)
     tame = min(2 * REACH * steps / quickest, 1.0)
-    return max(int(np.ceil(steps / fps - 0.01)), 1), tame**2 * pull, tame * drag
+    in_frame = max(int(np.ceil(steps / fps - 0.01)), 1)
+    firm = omega > QUARTER * in_frame * fps
+    tame = np.where(firm[child] | firm[parent], 0.0, tame)
+    return in_frame, tame**2 * pull, tame * drag
 
 
 def _rounds(omega: NDArray, zeta: NDArray, period: float) -> int:

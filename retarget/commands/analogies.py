@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from retarget.console import Failed, Out, folder_at, one_line, stem, tell
+from retarget.console import Failed, Out, captured, folder_at, one_line, stem, tell
 
 if TYPE_CHECKING:
     from mocap.analogy.analogy import Knobs
@@ -162,17 +162,8 @@ def _made_cartoon(pairs: Sequence, given: Path, target: Path, knobs: "Knobs") ->
 def _read(examples: Sequence[Path], kind: str) -> list[tuple]:
     """The pairs A, A' of the files."""
     from capture.motion import tracks
-    from mocap.skeletons.bvh import read_bvh
-    from mocap.skeletons.units import upright
 
-    read = []
-    for path in examples:
-        if kind == SKELETON:
-            motion = upright(read_bvh(path))
-            tell(f"{path}: {note}" for note in motion.notes)
-        else:
-            motion = tracks.load(path)
-        read.append(motion)
+    read = [captured(path) if kind == SKELETON else tracks.load(path) for path in examples]
     return list(zip(read[0::2], read[1::2]))
 
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from retarget.commands import flags
 from retarget.console import Out, stem, tell
 
 
@@ -20,8 +21,8 @@ def wind(
     ground: bool = False,
     seconds: float = 8.0,
     seed: int = 0,
-    rate: float = 24.0,
-    size: int = 480,
+    rate: flags.FilmRate = 24.0,
+    size: flags.FilmHeight = 480,
 ) -> str:
     """Let wind blow over a plant, or over anything that stands in one place: it sways, and its leaves flutter.
 
@@ -55,10 +56,6 @@ def wind(
         How long.
     seed
         Which gusts.
-    rate
-        Frames a second.
-    size
-        Height of the picture in pixels; of a drawing its width.
     """
     import numpy as np
 

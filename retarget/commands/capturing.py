@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from retarget.console import Device, Out, device_needs_refine, shot_of, stem, tell, told
+from retarget.commands import flags
+from retarget.console import Out, device_needs_refine, shot_of, stem, tell, told
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -15,16 +16,16 @@ def suggest(
     source: Path,
     out: Out = None,
     *,
-    box: tuple[float, float, float, float] | None = None,
-    color: str | None = None,
-    frame: int | None = None,
-    name: str = "character",
+    box: flags.Box = None,
+    color: flags.Color = None,
+    frame: flags.Seen = None,
+    name: flags.Name = "character",
     residual: float = 1.0,
-    keys: int = 8,
+    keys: flags.Keys = 8,
     start: int = 0,
-    stop: int | None = None,
-    fps: float | None = None,
-    tile: tuple[int, int] | None = None,
+    stop: flags.Stop = None,
+    fps: flags.PictureRate = None,
+    tile: flags.Tile = None,
 ) -> str:
     """Find the key drawings of a clip, and write them into a shot file that can be captured.
 
@@ -34,26 +35,10 @@ def suggest(
         A clip: mp4, mkv, webm, gif, apng, webp, a folder of pictures, a sprite sheet; or a *.shot.toml of one part.
     out
         The shot file; NAME.shot.toml beside you if not given.  NAME.keys.png and NAME.residual.png come with it.
-    box
-        X Y WIDTH HEIGHT of a box drawn round the layer, in pixels.
-    color
-        The layer's main colour, such as "#3a7f2c".
-    frame
-        The frame that box or colour are seen in; the first if not given.
-    name
-        What to call the part.
     residual
         How many pixels a drawing may be off what the keys can redraw.
-    keys
-        How many keys there may be at most.
     start
         The first frame to look at.
-    stop
-        The frame to stop before.
-    fps
-        Frames a second, for pictures that carry no time.
-    tile
-        WIDTH HEIGHT of a sprite sheet's tiles.
     """
     from dataclasses import replace
 
@@ -92,20 +77,22 @@ def capture(
     source: Path,
     out: Out = None,
     *,
-    box: tuple[float, float, float, float] | None = None,
-    color: str | None = None,
-    frame: int | None = None,
-    name: str = "character",
+    box: flags.Box = None,
+    color: flags.Color = None,
+    frame: flags.Seen = None,
+    name: flags.Name = "character",
     start: int = 0,
-    stop: int | None = None,
-    fps: float | None = None,
-    tile: tuple[int, int] | None = None,
-    refine: bool = False,
-    device: Device = "auto",
+    stop: flags.Stop = None,
+    fps: flags.PictureRate = None,
+    tile: flags.Tile = None,
+    refine: flags.Refine = False,
+    device: flags.Device = "auto",
+    again: bool = False,
 ) -> str:
     """Capture the motion of a shot, or straight of a clip with --box or --color.
 
-    A capture that was interrupted goes on from where it was when the same command is given again.
+    A capture that was interrupted goes on from where it was when the same command is given again.  With --again only
+    what was changed in the shot since the last capture is tracked, from key to key; the rest stays as it is.
 
     Parameters
     ----------
@@ -113,27 +100,13 @@ def capture(
         A *.shot.toml, or a clip: mp4, mkv, webm, gif, apng, webp, a folder of pictures, a sprite sheet.
     out
         The motion file; NAME.motion.json beside you if not given.
-    box
-        X Y WIDTH HEIGHT of a box drawn round the layer, in pixels.
-    color
-        The layer's main colour, such as "#3a7f2c".
-    frame
-        The frame that box or colour are seen in; the first if not given.
-    name
-        What to call the part.
     start
         The first frame to capture.
-    stop
-        The frame to stop before.
-    fps
-        Frames a second, for pictures that carry no time.
-    tile
-        WIDTH HEIGHT of a sprite sheet's tiles.
-    refine
-        Refine all frames at once after capture: less jitter, and short gaps are bridged (extra torch).
-    device
-        Where to refine; auto takes a graphics card if there is one.
+    again
+        Track only what was changed since OUT was captured: keys added, moved or removed.
     """
+    from capture.errors import InputError
+    from capture.fit import again as captures
     from capture.fit import batch, video
     from capture.motion import tracks
     from capture.pictures.shot import write_shot
@@ -142,8 +115,13 @@ def capture(
     device_needs_refine(refine, device)
     out = out or Path(stem(source) + ".motion.json")
     clip = told(video.open_clip(shot))
-    motion = batch.capture_to(out, shot, clip, refine, device)
-    said = f"{out}: {tracks.summary(motion, shot.start)}"
+    if again and refine:
+        raise InputError("--again is of a stretch, --refine of the whole clip: give one of the two")
+    if again:
+        motion, done = captures.capture_again_to(out, shot, clip)
+    else:
+        motion, done = batch.capture_to(out, shot, clip, refine, device), ""
+    said = f"{out}: {tracks.summary(motion, shot.start)}" + (f"; {done}" if done else "")
     _tell_of_box(box, motion.outline(motion.tracks[0].part)[(start if frame is None else frame) - shot.start])
     if not source.name.endswith(".toml"):
         beside = out.with_name(stem(out) + ".shot.toml")
@@ -171,9 +149,9 @@ def contour(
     source: Path,
     out: Out = None,
     *,
-    name: str = "character",
+    name: flags.Name = "character",
     residual: float = 1.0,
-    keys: int = 8,
+    keys: flags.Keys = 8,
     points: int = 100,
     smooth: float = 0.0,
     volume: bool = False,
@@ -188,12 +166,8 @@ def contour(
         A JSON or CSV of points, an SVG with a path for each frame, or a folder of SVGs.
     out
         The motion file; NAME.motion.json beside you if not given.
-    name
-        What to call the part.
     residual
         How many pixels the chosen keys may leave in any frame.
-    keys
-        How many keys there may be at most.
     points
         How many points an outline gets.
     smooth
@@ -210,7 +184,9 @@ def contour(
 
     contours = read_contours(source)
     outlines = correspond.align_all(contours, points)
-    size = tuple(int(edge) for edge in outlines.max(axis=(0, 1)).clip(1) + 16)
+    low, high = outlines.min(axis=(0, 1)), outlines.max(axis=(0, 1))
+    room = low.clip(16, 16 + 0.5 * (high - low))  # as much beyond as before: new drawings may be wider than a line
+    size = tuple(int(edge) for edge in high.clip(1) + room)
     if contours.closed:
         found = keys_of.suggest(outlines, residual, keys)
         motion = capture_outlines(outlines, found.key_frames, contours.fps, size, name, smooth, volume)

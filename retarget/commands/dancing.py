@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from retarget.commands import flags
 from retarget.commands.onward import write_performed
 from retarget.console import Out, stem, tell
 
@@ -30,9 +31,9 @@ def dance(
     clumsy: float = 0.0,
     stiff: float = 0.0,
     wild: float = 0.0,
-    rate: float = 24.0,
+    rate: flags.FilmRate = 24.0,
     drawing: Path | None = None,
-    size: int = 480,
+    size: flags.FilmHeight = 480,
     silent: bool = False,
 ) -> str:
     """Let a skeleton dance to music: its elastic joints are in a posture on every beat that has one.
@@ -40,7 +41,8 @@ def dance(
     Parameters
     ----------
     music
-        A .mid or .wav file; without it there are as many beats as --beats says, at the tempo of --bpm.
+        A .mid file or a recording (.wav, .mp3, .ogg, .flac, ...); without it there are as many beats as --beats says,
+        at the tempo of --bpm.
     out
         .bvh; .glb; .mp4, .webm or .mov with the music as sound, .gif or a folder of PNG; .dance.toml writes the
         choreography, made up or not, to be edited, and .postures.json the pool.  NAME.dance.mp4 beside you if not
@@ -72,12 +74,8 @@ def dance(
         -1 soft to 1 stiff.
     wild
         -1 calm to 1 wild.
-    rate
-        Frames a second.
     drawing
         A drawing with marked joints that dances, as in "mocap play".
-    size
-        Height of the picture in pixels; of a drawing its width.
     silent
         Leave the sound out.
     """

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from retarget.commands import flags
 from retarget.console import Out, stem
 
 
@@ -9,15 +10,15 @@ def exaggerate(
     motion: Path,
     out: Out = None,
     *,
-    amount: float = 1.0,
-    seconds: float | None = None,
-    anticipation: float = 1.0,
-    overshoot: float = 1.0,
+    amount: flags.Amount = 1.0,
+    seconds: flags.Move = None,
+    anticipation: flags.Before = 1.0,
+    overshoot: flags.After = 1.0,
     follow: float = 0.04,
     away: float = 1.0,
-    ease: float = 0.0,
-    drawings: float | None = None,
-    slide: bool = False,
+    ease: flags.Ease = 0.0,
+    drawings: flags.Drawings = None,
+    slide: flags.Slide = False,
 ) -> str:
     """Exaggerate a captured motion: anticipation, follow-through, more squash, quicker moves between longer poses.
 
@@ -27,24 +28,10 @@ def exaggerate(
         The *.motion.json that was captured.
     out
         The *.motion.json to write.
-    amount
-        How much: 1 doubles the movement that is seen most, 0 leaves it.
-    seconds
-        What counts as one move; shorter for a nervous character.  Found from the motion if not given.
-    anticipation
-        How much of what comes before a move.
-    overshoot
-        How much of what comes after it.
     follow
         Seconds that each part comes later than the one it hangs on.
     away
         Besides: how many times as far as it is from its average the motion goes.
-    ease
-        Slow-in and slow-out: poses are held longer and left more quickly, 0 not at all, 0.5 well seen.
-    drawings
-        Show so many drawings a second: 12 is on twos.
-    slide
-        Let feet go where the exaggeration takes them.
     """
     import numpy as np
 

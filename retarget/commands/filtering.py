@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from retarget.console import Out, stem, tell
+from retarget.commands import flags
+from retarget.console import Out, captured, stem
 
 if TYPE_CHECKING:
     from mocap.rubber.rubber import RubberMotion
@@ -14,19 +15,19 @@ def anticipate(
     clip: Path,
     out: Out = None,
     *,
-    amount: float = 1.0,
-    seconds: float | None = None,
-    anticipation: float = 1.0,
-    overshoot: float = 1.0,
+    amount: flags.Amount = 1.0,
+    seconds: flags.Move = None,
+    anticipation: flags.Before = 1.0,
+    overshoot: flags.After = 1.0,
     follow: float = 0.05,
     away: float = 1.0,
     places: bool = False,
-    ease: float = 0.0,
-    drawings: float | None = None,
+    ease: flags.Ease = 0.0,
+    drawings: flags.Drawings = None,
     slide: bool = False,
-    loop: bool = False,
-    fps: float | None = None,
-    strict: bool = False,
+    loop: flags.Loop = False,
+    fps: flags.Rate = None,
+    strict: flags.Strict = False,
 ) -> str:
     """Give motion capture anticipation and follow-through by the cartoon animation filter; no bone stretches.
 
@@ -37,42 +38,22 @@ def anticipate(
     out
         A .bvh, in metres; or stick figures, captured beside filtered, as .mp4, .webm, .gif or a folder of PNG.
         NAME.anticipated.bvh beside you if not given.
-    amount
-        How much: 1 doubles the movement that is seen most, 0 leaves it.
-    seconds
-        What counts as one move; shorter for a nervous character.  Found from the motion if not given.
-    anticipation
-        How much of what comes before a move.
-    overshoot
-        How much of what comes after it.
     follow
         Seconds that the tips come later than the body.
     away
         Besides: how many times as far as they are from their average joints turn.
     places
         Filter where joints are, not how they turn: links stretch.
-    ease
-        Slow-in and slow-out: poses are held longer and left more quickly, 0 not at all, 0.5 well seen.
-    drawings
-        Show so many drawings a second: 12 is on twos.
     slide
         Let feet go where the filter takes them.
-    loop
-        The clip is one round of a loop, and stays one.
-    fps
-        Frames a second, where the file does not say so or is wrong.
-    strict
-        Refuse a file that breaks the format's rules, rather than mend what can be mended.
     """
     from mocap.curves import joint_filters, timing
     from mocap.report import report
     from mocap.rubber import rubber
-    from mocap.skeletons.bvh import read_bvh, write_bvh
-    from mocap.skeletons.units import upright
+    from mocap.skeletons.bvh import write_bvh
     from retarget.commands.rubbering import moments, skating, write_figure
 
-    motion = upright(read_bvh(clip, strict, fps))
-    tell(f"{clip}: {note}" for note in motion.notes)
+    motion = captured(clip, strict, fps)
     how = (amount, seconds, follow, anticipation, overshoot, loop)
     turned = motion if away == 1 else joint_filters.exaggerated_angles(motion, away, loop=loop)
     if places:

@@ -77,8 +77,10 @@ def retarget(
     from capture.pictures.shot import read_shot
     from capture.progress import progress, working
     from retarget.characters.casts import cast as casting
-    from retarget.characters.casts import castfile
     from retarget.characters.casts.backdrop import read_background
+    from retarget.characters.casts.castcheck import BEND
+    from retarget.characters.casts.castfile import read_cast
+    from retarget.characters.casts.castlist import Cast, CastPart
     from retarget.characters.models.meshfiles import MODELS
     from retarget.characters.target import parts_of
     from retarget.export import formats
@@ -104,10 +106,10 @@ def retarget(
     if bend and (cast is not None or len(drawing) != 1 or len(captured.tracks) != 1):
         raise InputError('--bend needs one --drawing and a motion of one part; a cast says between = "bend" itself')
     if bend:
-        part = castfile.CastPart(captured.tracks[0].part, drawing=str(drawing[0]), between=castfile.BEND)
-        chosen = castfile.Cast((part,))
+        part = CastPart(captured.tracks[0].part, drawing=str(drawing[0]), between=BEND)
+        chosen = Cast((part,))
     else:
-        chosen = castfile.read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
+        chosen = read_cast(cast) if cast is not None else casting.cast_of(list(drawing), captured)
     flags = (("box", box), ("plane", SIDES.get(side)), ("height", height))
     told_here = {name: value for name, value in flags if value is not None}
     parts, bodies = (tuple(replace(one, **told_here) for one in ones) for ones in (chosen.parts, chosen.bodies))

@@ -7,7 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from retarget.console import Device, Failed, Out, device_needs_refine, folder_at, given_files, stem
+from retarget.commands import flags
+from retarget.console import Failed, Out, device_needs_refine, folder_at, given_files, stem
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -21,8 +22,8 @@ def batch(
     jobs: int | None = None,
     scheduler: str | None = None,
     missing: bool = False,
-    refine: bool = False,
-    device: Device = "auto",
+    refine: flags.Refine = False,
+    device: flags.Device = "auto",
 ) -> str:
     """Capture many shots side by side; one that fails is told, and does not stop the rest.
 
@@ -38,10 +39,6 @@ def batch(
         The address of a Dask scheduler, such as tcp://10.0.0.7:8786: its workers do the work, not this machine.
     missing
         Pass over the shots whose motion file is there already.
-    refine
-        Refine all frames at once after capture: less jitter, and short gaps are bridged (extra torch).
-    device
-        Where to refine; auto takes a graphics card if there is one.
     """
     from capture.errors import InputError
     from capture.fit import batch as captures

@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from retarget.console import tell
+from retarget.commands import flags
+from retarget.console import captured
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -11,7 +12,7 @@ if TYPE_CHECKING:
     from mocap.skeletons.skeleton import SkeletonMotion
 
 
-def report(clip: Path, made: Path | None = None, *, fps: float | None = None, strict: bool = False) -> str:
+def report(clip: Path, made: Path | None = None, *, fps: flags.Rate = None, strict: flags.Strict = False) -> str:
     """Say what a motion file holds, how its joints were understood, and how clean its motion is.
 
     Parameters
@@ -20,18 +21,13 @@ def report(clip: Path, made: Path | None = None, *, fps: float | None = None, st
         A *.bvh file.
     made
         Another, made of it: it is measured against the first, by the joints of the same names.
-    fps
-        Frames a second, where the file does not say so or is wrong.
-    strict
-        Refuse a file that breaks the format's rules, rather than mend what can be mended.
     """
     from mocap.bodies.body import find_body
     from mocap.report import report as card
     from mocap.skeletons.bvh import read_bvh
     from mocap.skeletons.units import upright
 
-    motion = upright(read_bvh(clip, strict, fps))
-    tell(f"{clip}: {note}" for note in motion.notes)
+    motion = captured(clip, strict, fps)
     places = None if made is None else _same_joints(motion, clip, upright(read_bvh(made, strict, fps)), made)
     body = find_body(motion.skeleton, motion.positions())
     width = max(map(len, body.parts), default=0)

@@ -47,10 +47,10 @@ def write_performed(
     elif formats.drawings(out) or formats.bodies(out):
         raise InputError(f"{out.name} holds drawings, and nobody drawn moves: ask for a video, .glb or .bvh")
     else:
-        _film(_pictures(motion, dancer, size), len(motion), motion.fps, out, sound)
+        _film(pictures(motion, dancer, size), len(motion), motion.fps, out, sound)
 
 
-def _pictures(motion: "SkeletonMotion", dancer: "Dancer", size: int) -> "Iterator[NDArray]":
+def pictures(motion: "SkeletonMotion", dancer: "Dancer", size: int) -> "Iterator[NDArray]":
     """A stick figure's pictures; a model's own where it has one."""
     import numpy as np
 

@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from retarget.console import Out, stem, tell
+from retarget.commands import flags
+from retarget.console import Out, captured, stem, tell
 
 if TYPE_CHECKING:
     from mocap.onto.views import Views
@@ -21,10 +22,10 @@ def play(
     out: Out = None,
     *,
     omega: float | None = None,
-    stretch: float = 1.6,
-    squash: float = 0.5,
+    stretch: flags.Stretch = 1.6,
+    squash: flags.Squash = 0.5,
     hose: float = 1.0,
-    follow: float = 0.5,
+    follow: flags.Swing = 0.5,
     stiff: bool = False,
     view: View | None = None,
     foreshorten: float = 0.5,
@@ -52,14 +53,8 @@ def play(
         which keeps the motion of all sub-links.  NAME.play.mp4 beside you if not given.
     omega
         How many times the motion is exaggerated; without it as much as `stretch` allows in each limb.
-    stretch
-        How many times as long as it is a link may become.
-    squash
-        0 to 1: how far stretch takes turns with squash.
     hose
         0 to 1: how round limbs bend.
-    follow
-        0 to 1: how far limbs swing after on springs.
     stiff
         The motion as it was captured, without rubber.
     view
@@ -109,16 +104,13 @@ def _drawn(
     from capture.progress import progress
     from mocap.onto.bones import cast_marks
     from mocap.onto.to_tracks import to_tracks
-    from mocap.skeletons.bvh import read_bvh
-    from mocap.skeletons.units import upright
     from retarget.characters.bodies.markfiles import read_marked
     from retarget.characters.casts.backdrop import read_background
     from retarget.export import formats
     from retarget.stage import draw2d
     from retarget.stage import play as stage
 
-    character, motion = read_marked(drawing), upright(read_bvh(clip))
-    tell(f"{clip}: {note}" for note in motion.notes)
+    character, motion = read_marked(drawing), captured(clip)
     made = _made(motion, *cut)
     casting = cast_marks(made, character.marks, _views(view))
     tell(f"{drawing}: {note}" for note in casting.notes)
@@ -172,12 +164,9 @@ def _solid(
 
 
 def _hoses(clip: Path, _: str, cut: tuple) -> "tuple[RubberMotion, Model, Skin, str]":
-    from mocap.skeletons.bvh import read_bvh
-    from mocap.skeletons.units import upright
     from retarget.characters.figures.hoses import hoses
 
-    motion = upright(read_bvh(clip))
-    tell(f"{clip}: {note}" for note in motion.notes)
+    motion = captured(clip)
     made = _made(motion, *cut)
     model, skin = hoses(made.subjoints.skeleton, made.source)
     return made, model, skin, f"a body of hoses plays {clip.name}"

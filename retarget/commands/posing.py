@@ -3,8 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from retarget.commands import flags
 from retarget.commands.onward import write_performed
-from retarget.console import Out, stem, tell
+from retarget.console import Out, captured, stem
 
 if TYPE_CHECKING:
     from mocap.posing.session import Session
@@ -22,7 +23,7 @@ def pose(
     free: bool = False,
     turn: float = 30.0,
     fps: float | None = None,
-    strict: bool = False,
+    strict: flags.Strict = False,
 ) -> str:
     """Pose a figure: drag its joints, and the rest of it follows as if it hung on springs.
 
@@ -47,15 +48,12 @@ def pose(
         Degrees that the figure is turned about the vertical in a picture.
     fps
         Frames a second of the clip, where the file does not say so or is wrong.
-    strict
-        Refuse a file that breaks the format's rules, rather than mend what can be mended.
     """
     import numpy as np
 
     from capture.errors import InputError
     from mocap.posing import limits, poses, session
-    from mocap.skeletons.bvh import read_bvh, write_bvh
-    from mocap.skeletons.units import upright
+    from mocap.skeletons.bvh import write_bvh
     from retarget.characters.figures.dancer import Dancer
 
     out = out or Path(stem(clip) + ".pose.bvh")
@@ -63,8 +61,7 @@ def pose(
         raise InputError(
             f"{out}: a pose is written as .bvh, .glb or .png, not as {out.suffix or 'a name without an ending'}"
         )
-    motion = upright(read_bvh(clip, strict, fps))
-    tell(f"{clip}: {note}" for note in motion.notes)
+    motion = captured(clip, strict, fps)
     skeleton = motion.skeleton
     posing = session.begun(skeleton, poses.pose_of(motion, frame), () if free else limits.usual(skeleton))
     for name in pin or ():

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from retarget.commands import flags
 from retarget.console import Out, stem, tell
 
 SPARSE = 50.0
@@ -25,19 +26,19 @@ def exaggerate(
     omega: float | None = None,
     part: tuple[str, ...] = (),
     sigma: float = 0.15,
-    stretch: float = 1.6,
-    squash: float = 0.5,
+    stretch: flags.Stretch = 1.6,
+    squash: flags.Squash = 0.5,
     hose: float = 1.0,
-    follow: float = 0.5,
-    slide: bool = False,
+    follow: flags.Swing = 0.5,
+    slide: flags.Slide = False,
     through: bool = False,
     hits: bool = False,
     hit: tuple[str, ...] = (),
-    ease: float = 0.0,
-    drawings: float | None = None,
-    loop: bool = False,
-    fps: float | None = None,
-    strict: bool = False,
+    ease: flags.Ease = 0.0,
+    drawings: flags.Drawings = None,
+    loop: flags.Loop = False,
+    fps: flags.Rate = None,
+    strict: flags.Strict = False,
 ) -> str:
     """Exaggerate motion capture and bend its limbs like rubber.
 
@@ -54,32 +55,14 @@ def exaggerate(
         How many times a part of the body of its own: "left arm=2"; `tooncap mocap report` names the parts.
     sigma
         Seconds of the average that the motion is pushed away from.
-    stretch
-        How many times as long as it is a link may become.
-    squash
-        0 to 1: how far stretch takes turns with squash.
     hose
         0 to 1: how round limbs bend; 0 leaves their links straight.
-    follow
-        0 to 1: how far limbs swing after on springs.
-    slide
-        Let feet go where the exaggeration takes them.
     through
         Let limbs go through each other.
     hits
         Punches and kicks still hit: they are found, and in those frames hands and feet are where they were.
     hit
         A hit of your own: "right arm=145", a part of the body and a frame.
-    ease
-        Slow-in and slow-out: poses are held longer and left more quickly, 0 not at all, 0.5 well seen.
-    drawings
-        Show so many drawings a second: 12 is on twos.
-    loop
-        The clip is one round of a loop, and stays one.
-    fps
-        Frames a second, where the file does not say so or is wrong.
-    strict
-        Refuse a file that breaks the format's rules, rather than mend what can be mended.
     """
     import numpy as np
 

@@ -40,7 +40,7 @@ def demo(
 
 
 def fixtures(folder: Path) -> str:
-    """Write the synthetic cartoons, their truth, and the characters to retarget to.
+    """Write the synthetic cartoons, their truth, motions as BVH files, and the characters to retarget to.
 
     Parameters
     ----------
@@ -56,4 +56,8 @@ def fixtures(folder: Path) -> str:
         write.write_toon(draw(), folder)
         del name
     drawings = write.write_characters(folder / "characters")
-    return f"{folder}: {len(toons)} cartoons with their shots and truth, {len(drawings)} drawings of characters"
+    moves = write.write_moves(folder)
+    return (
+        f"{folder}: {len(toons)} cartoons with their shots and truth, {len(moves)} motions without a picture, "
+        f"{len(drawings)} drawings of characters"
+    )

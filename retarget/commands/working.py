@@ -33,4 +33,8 @@ def workbench(file: Path | None = None, *, no_open: bool = False) -> str:
         serving.wait()
     except KeyboardInterrupt:
         serving.stop()
+    if lost := session.save():
+        raise InputError(
+            lost[0]["sentence"].replace("not saved yet, but kept here and tried again", "not all is saved")
+        )
     return f"{session.state.folder}: all is saved"

@@ -6,7 +6,7 @@ import numpy as np
 
 from capture.motion import gaps
 from fixtures import backdrop, doll, frog, lamp, walker
-from retarget.characters.casts.castfile import Cast, CastKey, CastPart
+from retarget.characters.casts.castlist import Cast, CastKey, CastPart
 from retarget.demos.shown import Shown, captured, drawn, leave, played, point_errors, write_text
 
 

@@ -11,7 +11,8 @@ from capture.pictures.clip import Clip, clip_of
 from capture.pictures.encode import write_clip
 from capture.progress import progress
 from fixtures import backdrop, ball, hat, pencil, props, sack, write
-from retarget.characters.casts.castfile import BEND, Cast, CastKey, CastPart
+from retarget.characters.casts.castcheck import BEND
+from retarget.characters.casts.castlist import Cast, CastKey, CastPart
 from retarget.demos.shown import Shown, captured, drawn, leave, played, point_errors, write_text
 from retarget.stage import plate
 

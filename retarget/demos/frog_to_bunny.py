@@ -3,19 +3,18 @@
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capture.motion import tracks
 from capture.pictures import overlay
-from capture.pictures.encode import over, write_clip, write_picture
+from capture.pictures.encode import write_clip, write_picture
 from capture.progress import progress
-from fixtures import frog, write
+from fixtures import backdrop, frog, write
 from retarget.characters.casts import cast as casting
-from retarget.demos.shown import ON_SHEET, Shown, captured, leave, played, point_errors, spread
+from retarget.demos.shown import ON_SHEET, Shown, captured, drawn, leave, played, point_errors, spread
 from retarget.export.tables import write_csv
 from retarget.stage import draw2d
 
-PAPER = (236, 240, 232)  # behind the bunny where there is no alpha
+PAPER = (236, 240, 232)  # behind the bunny
 
 
 def demo(folder: Path) -> str:
@@ -24,10 +23,11 @@ def demo(folder: Path) -> str:
     Leaves demo.mp4 (source | proof | new drawing), contact_sheet.png, frog.motion.json and frog.csv, and beside them
     the clip, the shot and cast files, the misfit plot and the bunny alone with alpha.  Returns the closing line.
     """
-    shown, bunny = _played(folder)
+    shown = _played(folder)
     clip, motion = shown.source, shown.motion
     write_csv(motion, folder / "frog.csv")
     overlay.residual_plot(motion, folder / "misfit.png")
+    bunny = draw2d.draw_frames(shown.performance)
     write_clip(folder / "bunny.webm", progress(bunny, "writing bunny.webm", len(clip)), motion.fps)
     proof = list(overlay.draw_over(clip, motion))
     rows = overlay.side_by_side(zip(clip, proof, shown.made))
@@ -40,16 +40,14 @@ def demo(folder: Path) -> str:
 
 def frog_to_bunny(folder: Path, zoom: float = 1.0) -> Shown:
     """A frog of four key drawings jumps; a bunny drawn in the same four jumps like it (figures 2, 8 and 9)."""
-    shown, _ = _played(folder, zoom)
+    shown = _played(folder, zoom)
     leave(shown, folder)
     return shown
 
 
-def _played(folder: Path, zoom: float = 1.0) -> tuple[Shown, list[NDArray]]:
-    """What is shown, and the bunny alone (T pictures with alpha)."""
+def _played(folder: Path, zoom: float = 1.0) -> Shown:
     toon, _, clip, motion = captured(frog.frog(), folder, zoom)
     drawings = [path for path in write.write_characters(folder / "characters") if path.stem.startswith("bunny_")]
     performance = played(casting.cast_of(drawings, motion), motion, folder / "bunny.cast.toml")
-    bunny = list(progress(draw2d.draw_frames(performance), "drawing the bunny", len(clip)))
-    made = [over(frame, PAPER) for frame in bunny]
-    return Shown(clip, made, motion, performance, float(np.median(point_errors(motion, toon)))), bunny
+    made = drawn(performance, backdrop.plain(frog.GROUND, PAPER))
+    return Shown(clip, made, motion, performance, float(np.median(point_errors(motion, toon))))

@@ -8,7 +8,7 @@ from capture.pictures.clip import clip_of
 from capture.pictures.encode import write_clip, write_picture
 from capture.progress import progress
 from fixtures import broom, dining_car
-from retarget.characters.casts.castfile import Cast, CastKey, CastPart
+from retarget.characters.casts.castlist import Cast, CastKey, CastPart
 from retarget.demos.shown import Shown, captured, leave, played, point_errors
 from retarget.stage import composite
 

@@ -21,7 +21,7 @@ from fixtures import variants, write
 from fixtures.toon import Toon
 from retarget.characters.casts import cast as casting
 from retarget.characters.casts import castfile
-from retarget.characters.casts.castfile import Cast
+from retarget.characters.casts.castlist import Cast
 from retarget.stage import draw2d, staging
 from retarget.stage.perform import Performance, perform
 

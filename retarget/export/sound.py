@@ -1,6 +1,6 @@
 """The music to a dance, as the sound track of its video.
 
-A WAV file is played as it is.  A MIDI file holds no sound: its notes are played plainly, so that one hears whether a
+A recording is played as it is.  A MIDI file holds no sound: its notes are played plainly, so that one hears whether a
 dance is in time.  Beats without music are clicks.
 """
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from capture.files import written_beside
+from mocap.posing.sounds import SOUNDS, read_sound
 
 RATE = 44_100
 CODECS = {".mp4": "aac", ".mov": "aac", ".webm": "libopus"}
@@ -46,18 +47,11 @@ def add_sound(video: str | Path, sound: NDArray, rate: int) -> None:
 
 
 def sound_of(music: str | Path, seconds: float) -> tuple[NDArray, int]:
-    """The sound (n, channels) of a *.wav or *.mid file, so many seconds of it, and its rate."""
+    """The sound (n, channels) of a recording or a *.mid file, so many seconds of it, and its rate."""
     music = Path(music)
-    if music.suffix.lower() == ".wav":
-        from scipy.io import wavfile
-
-        rate, sound = wavfile.read(music)
-        sound = sound.reshape(len(sound), -1)[: round(seconds * rate)]
-        kind = sound.dtype
-        sound = sound.astype(float)
-        if kind.kind == "u":  # of 8 bits, around 128
-            return (sound - 128) / 128, int(rate)
-        return sound / (-float(np.iinfo(kind).min) if kind.kind == "i" else 1.0), int(rate)
+    if music.suffix.lower() in SOUNDS:
+        sound, rate = read_sound(music, seconds)
+        return sound, int(rate)
     return _played(_notes(music), seconds), RATE
 
 

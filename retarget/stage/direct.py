@@ -9,7 +9,7 @@ from capture.errors import InputError
 from capture.motion import triangulate
 from capture.motion.tracks import CartoonMotion
 from retarget.characters.bodies.body import Body
-from retarget.characters.casts.castfile import Cast, CastKeep
+from retarget.characters.casts.castlist import Cast, CastKeep
 from retarget.characters.target import parts_of
 from retarget.stage import legs, staging
 from retarget.stage.legs import Leg

@@ -21,6 +21,8 @@ from retarget.stage.lay import lay
 from retarget.stage.perform import Performance
 from retarget.stage.warp import warp
 
+LARGEST = 2**26  # pixels of a picture: 8192 x 8192
+
 
 def draw(performance: Performance, t: int, background: Any = None, size: tuple[int, int] | None = None) -> NDArray:
     """Frame t as uint8 (H, W, 4), straight alpha; over a `background` it is opaque (H, W, 3).
@@ -28,7 +30,7 @@ def draw(performance: Performance, t: int, background: Any = None, size: tuple[i
     The background is a colour ("white", "#fed", (255, 0, 0)), an image (H, W, 3 | 4), a clip or a sequence of frames;
     `size` is width and height in pixels, the performance's own without it.
     """
-    size = performance.size if size is None else size
+    size = _drawable(performance.size if size is None else size)
     zoom = size[0] / performance.size[0]
     seen = None if background is None else backdrop.behind(background, t, float(performance.times[t]), size)
     return draw_things(performance.posed(t, zoom), size, seen)
@@ -54,7 +56,7 @@ def draw_things(
     things: Sequence[DrawnPath | DrawnPicture | DrawnMesh], size: tuple[int, int], background: Any = None
 ) -> NDArray:
     """Drawn paths, pictures and models, back to front, on a page of `size` (width, height)."""
-    page = _Page(*size)
+    page = _Page(*_drawable(size))
     if background is not None:
         page.pixels[..., :3] = backdrop.behind(background, 0, 0.0, size)
         page.pixels[..., 3] = 255
@@ -66,6 +68,16 @@ def draw_things(
         else:
             _draw_path(page, thing)
     return page.pixels.copy() if background is None else page.pixels[..., :3].copy()
+
+
+def _drawable(size: tuple[int, int]) -> tuple[int, int]:
+    """A size for which there is memory; a file may ask for any."""
+    if size[0] * size[1] > LARGEST:
+        raise InputError(
+            f"a picture must have no more than {LARGEST >> 20} million pixels, {size[0]} x {size[1]} are more: "
+            "make it smaller"
+        )
+    return size
 
 
 class _Page:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion, total_affine
-from retarget.characters.bodies.marked import MarkedDrawing, MarkedPicture, Piece, segments
+from retarget.characters.bodies.marked import MarkedDrawing, MarkedPicture, Piece, Segments, segments
 from retarget.characters.models.mesh import mesh
 from retarget.characters.models.model import Model
 from retarget.characters.target import REST
@@ -26,20 +26,38 @@ EDGE = 8.0
 
 def play(motion: CartoonMotion, character: MarkedPicture | MarkedDrawing) -> Performance:
     """Let a marked drawing play a motion that `to_tracks` made; limbs are drawn in the motion's order."""
-    names = tuple(track.part for track in motion.tracks)
-    parts = segments(character.marks, names)
+    parts = segments(character.marks, tuple(track.part for track in motion.tracks))
+    maps, scale = maps_of(motion, parts)
+    orders = np.stack([track.order for track in motion.tracks])
+    return hung_on(character.pieces(parts), parts, maps, orders, motion.times, motion.fps, motion.size, scale)
+
+
+def maps_of(motion: CartoonMotion, parts: Segments) -> tuple[NDArray, float]:
+    """How its parts move a drawing: maps (P, T, 2, 3) from its own pixels to the page, and how large it is there."""
     scale, place = _placed(motion, parts.starts, parts.stops)
-    pivots = dict(zip(names, affine.apply(place, parts.starts), strict=True))
-    maps = np.stack([total_affine(motion, name, pivots) for name in names])  # (P, T, 2, 3)
-    maps = affine.compose(maps, place)
+    pivots = dict(zip(parts.names, affine.apply(place, parts.starts), strict=True))
+    maps = np.stack([total_affine(motion, name, pivots) for name in parts.names])
+    return affine.compose(maps, place), scale
+
+
+def hung_on(
+    pieces: Sequence[Piece],
+    parts: Segments,
+    maps: NDArray,
+    orders: NDArray,
+    times: NDArray,
+    fps: float,
+    size: tuple[int, int],
+    scale: float = 1.0,
+) -> Performance:
+    """The pieces of a drawing moved by its parts' maps (P, T, 2, 3), which have an order (P, T), on a page."""
     roles = []
-    for piece in character.pieces(parts):
+    for piece in pieces:
         first = parts.limbs.index(piece.limb)
         joint = affine.apply(maps[first], parts.starts[first][None])[:, 0]
-        order = motion.tracks[first].order
-        order = np.full_like(order, min(track.order.min() for track in motion.tracks) - 1) if piece.behind else order
+        order = np.full_like(orders[first], orders.min() - 1) if piece.behind else orders[first]
         roles.append(_role(piece, maps, order, scale, joint))
-    return _on_page(Performance(tuple(roles), motion.times, motion.fps, motion.size))
+    return _on_page(Performance(tuple(roles), times, fps, size))
 
 
 def play_mesh(

@@ -14,7 +14,8 @@ from capture.errors import InputError
 from capture.motion import tracks
 from capture.motion.tracks import CartoonMotion
 from capture.pictures.shot import KeyDrawing, Part, Shot, check
-from retarget.workbench import parts, pictures
+from retarget.workbench import capture_work, parts, pictures
+from retarget.workbench.capture_work import shot_of, with_part
 from retarget.workbench.desks import Desk, Seen, Work
 from retarget.workbench.state import MOTION, State, file_of
 
@@ -31,13 +32,17 @@ MATTE = (62, 150, 255)  # what the page lays over a part's pixels
 def shown(state: State) -> dict[str, Any]:
     """The clip, the parts, and what the capture came to."""
     if state.shot is None:
-        return {"clip": None, "parts": [], "motion": _motion_shown(state.motion, 0), "stale": False, "kept": False}
+        motion = _motion_shown(state.motion, 0)
+        return {"clip": None, "parts": [], "motion": motion, "stale": False, "again": None, "kept": False}
+    stale = state.motion is not None and not _same(state.captured, state.shot)
     return {
         "clip": _clip_shown(state.shot),
         "parts": _parts_shown(state.shot),
         "motion": _motion_shown(state.motion, state.shot.start),
-        "stale": state.motion is not None and not _same(state.captured, state.shot),
+        "stale": stale,
+        "again": capture_work.again_shown(state.motion, state.captured, state.shot) if stale else None,
         "kept": file_of(state, MOTION + ".part").exists(),
+        "refining": capture_work.why_not_refined(),
     }
 
 
@@ -46,20 +51,20 @@ def shown(state: State) -> dict[str, Any]:
 
 def add_part(state: State, name: Name, frame: Number = 0) -> State:
     """Add a part."""
-    shot = _shot(state)
+    shot = shot_of(state)
     return replace(state, shot=check(replace(shot, parts=(*shot.parts, Part(name, (KeyDrawing("rest", frame),))))))
 
 
 def remove_part(state: State, part: Name) -> State:
     """Remove a part."""
-    shot, gone = _shot(state), parts.part_of(_shot(state), part)
+    shot, gone = shot_of(state), parts.part_of(shot_of(state), part)
     left = tuple(replace(one, parent=gone.parent) if one.parent == part else one for one in shot.parts if one != gone)
     return replace(state, shot=check(replace(shot, parts=left)))
 
 
 def rename_part(state: State, part: Name, to: Name) -> State:
     """Rename a part."""
-    shot = _shot(state)
+    shot = shot_of(state)
     renamed = replace(parts.part_of(shot, part), name=to)
     others = tuple(replace(one, parent=to) if one.parent == part else one for one in shot.parts)
     return replace(state, shot=parts.with_part(replace(shot, parts=others), renamed, part))
@@ -67,90 +72,98 @@ def rename_part(state: State, part: Name, to: Name) -> State:
 
 def hang_part(state: State, part: Name, parent: str = "", order: int | None = None) -> State:
     """Say what a part hangs on, and whether it is in front."""
-    one = parts.part_of(_shot(state), part)
-    return _with(state, replace(one, parent=parent, order=one.order if order is None else order))
+    one = parts.part_of(shot_of(state), part)
+    return with_part(state, replace(one, parent=parent, order=one.order if order is None else order))
 
 
 def box(state: State, part: Name, frame: Number, box: tuple[Place, Place, Place, Place]) -> State:
     """Draw a box round a part."""
-    width, height = pictures.clip_of(_shot(state)).size
+    width, height = pictures.clip_of(shot_of(state)).size
     x, y, w, h = box
     left, top = max(min(x, x + w), 0.0), max(min(y, y + h), 0.0)
     right, bottom = min(max(x, x + w), width), min(max(y, y + h), height)
     if right - left < 4 or bottom - top < 4:
         raise InputError("a box must have some size: drag from one corner of the part to the other")
     inside = (round(left, 1), round(top, 1), round(right - left, 1), round(bottom - top, 1))
-    return _with(state, parts.told(parts.part_of(_shot(state), part), frame, box=inside))
+    return with_part(state, parts.told(parts.part_of(shot_of(state), part), frame, box=inside))
 
 
 def color(state: State, part: Name, frame: Number, at: At) -> State:
     """Pick a part's colour."""
-    picture = pictures.frame(_shot(state), frame)
+    picture = pictures.frame(shot_of(state), frame)
     x, y = round(at[0]), round(at[1])
     if not (0 <= x < picture.shape[1] and 0 <= y < picture.shape[0]):
         raise InputError("a colour must be picked inside the picture: click on the part")
     around = picture[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2, :3].reshape(-1, 3)
     picked = tuple(int(channel) for channel in np.median(around, axis=0))
-    return _with(state, parts.told(parts.part_of(_shot(state), part), frame, color=picked))
+    return with_part(state, parts.told(parts.part_of(shot_of(state), part), frame, color=picked))
 
 
 def scribble(state: State, part: Name, frame: Number, stroke: Line, inside: bool = True) -> State:
     """Scribble on a part, or on what is not the part."""
-    one = parts.part_of(_shot(state), part)
+    one = parts.part_of(shot_of(state), part)
     if not (one.inside or one.outside) or one.keys[0].frame != frame or one.keys[0].outline:
         one = parts.told(one, frame)
     line = tuple((round(x, 1), round(y, 1)) for x, y in stroke)
     more = {"inside": (*one.inside, line)} if inside else {"outside": (*one.outside, line)}
-    return _with(state, replace(one, **more))
+    return with_part(state, replace(one, **more))
 
 
 def outline(state: State, part: Name, frame: Number, points: Line) -> State:
     """Draw a part's outline."""
-    one = parts.part_of(_shot(state), part)
-    return _with(state, parts.outlined(one, frame, np.array(points, float)))
+    one = parts.part_of(shot_of(state), part)
+    return with_part(state, parts.outlined(one, frame, np.array(points, float)))
 
 
 def drag_point(state: State, part: Name, key: Name, index: Number, to: At, reach: Place = 0.0) -> State:
     """Drag a point of a key's outline."""
-    one = parts.part_of(_shot(state), part)
+    one = parts.part_of(shot_of(state), part)
     drawn = parts.key_of(one, key)
     if index >= len(drawn.outline):
         raise InputError(f"key {key!r} has {len(drawn.outline)} points, there is no point {index}")
     moved = parts.dragged(np.array(drawn.outline), index, to, reach)
-    return _with(state, parts.with_key(one, replace(drawn, outline=parts.rounded(moved))))
+    return with_part(state, parts.with_key(one, replace(drawn, outline=parts.rounded(moved))))
 
 
 def fix_frame(state: State, part: Name, frame: Number) -> State:
     """Make a captured frame a key, to correct it."""
     if state.motion is None:
         raise InputError("a frame can be mended once something was captured: capture first, or draw an outline here")
-    one = parts.part_of(_shot(state), part)
-    return _with(state, parts.fixed(one, state.motion, frame, _shot(state).start))
+    one = parts.part_of(shot_of(state), part)
+    return with_part(state, parts.fixed(one, state.motion, frame, shot_of(state).start))
+
+
+def pivot(state: State, part: Name, at: At | None = None) -> State:
+    """Move a part's pivot."""
+    one = parts.part_of(shot_of(state), part)
+    return with_part(state, replace(one, pivot=None if at is None else (round(at[0], 2), round(at[1], 2))))
 
 
 def remove_key(state: State, part: Name, key: Name) -> State:
     """Remove a key."""
-    one = parts.part_of(_shot(state), part)
+    one = parts.part_of(shot_of(state), part)
     left = tuple(other for other in one.keys if other != parts.key_of(one, key))
     if not left:
         raise InputError("the last key of a part cannot go: remove the part, or draw it anew")
-    return _with(state, replace(one, keys=left))
+    return with_part(state, replace(one, keys=left))
 
 
 def rename_key(state: State, part: Name, key: Name, to: Name) -> State:
     """Rename a key."""
-    one = parts.part_of(_shot(state), part)
-    return _with(state, parts.with_key(one, replace(parts.key_of(one, key), name=to), key))
+    one = parts.part_of(shot_of(state), part)
+    return with_part(state, parts.with_key(one, replace(parts.key_of(one, key), name=to), key))
 
 
 def stretch(state: State, start: Number, stop: Number | None = None) -> State:
     """Choose the stretch of the clip to capture."""
-    shot = _shot(state)
+    shot = shot_of(state)
     frames = len(pictures.clip_of(shot))
     end = frames if stop is None else stop
     if not start < end <= frames:
         raise InputError(f"the stretch must begin before it ends and lie in 0 to {frames}, got {start} to {end}")
-    shot = replace(shot, parts=tuple(one if _is_told(one) else parts.told(one, start) for one in shot.parts))
+    shot = replace(
+        shot, parts=tuple(one if capture_work.is_told(one) else parts.told(one, start) for one in shot.parts)
+    )
     outside = [f"{p.name} {k.name}" for p in shot.parts for k in p.keys if not start <= k.frame < end]
     if outside:
         raise InputError(f"key drawings must lie in the stretch, {outside[0]} does not: choose more, or remove it")
@@ -162,14 +175,27 @@ def stretch(state: State, start: Number, stop: Number | None = None) -> State:
 
 def frame(state: State, frame: Number) -> Seen:
     """A frame of the clip."""
-    return pictures.encoded(_shot(state), frame)
+    return pictures.encoded(shot_of(state), frame)
 
 
 def matte(state: State, part: Name, key: str = "") -> Seen:
     """Which pixels are taken for a part's, in one of its keys' frames: a PNG to lay over the frame."""
-    one = parts.part_of(_shot(state), part)
+    one = parts.part_of(shot_of(state), part)
     drawn = next((drawn for drawn in one.keys if drawn.name == key), one.keys[0])
-    return _matte(replace(_shot(state), parts=(replace(one, parent="", keys=(drawn,)),)))
+    return _matte(replace(shot_of(state), parts=(replace(one, parent="", keys=(drawn,)),)))
+
+
+def moving(state: State, frame: Number) -> Seen:
+    """A box round what moves in a frame, as JSON: [x, y, width, height]."""
+    from retarget.workbench import moving
+
+    shot = shot_of(state)
+    here, last = pictures.frame(shot, frame), len(pictures.clip_of(shot)) - 1
+    others = sorted({round(t) for t in np.linspace(0, last, moving.LOOKED_AT)} - {frame})
+    found = moving.box([pictures.frame(shot, t) for t in others], here)
+    if found is None:
+        raise InputError("nothing stands out by its moving in this frame: draw a box round the part")
+    return Seen("application/json", msgspec.json.encode(found))
 
 
 @lru_cache(maxsize=16)
@@ -196,60 +222,6 @@ def captured(state: State, part: Name) -> Seen:
     return Seen("application/octet-stream", points.tobytes(), {"shape": list(points.shape)})
 
 
-# --- work: long, in a process of its own ----------------------------------------------------------------------------
-
-
-def suggest(shot: dict[str, Any], part: str, residual: float, keys: int) -> dict[str, Any]:
-    """Find a part's keys."""
-    from capture.fit import outlines, video
-    from capture.fit import suggest as choosing
-    from capture.progress import working
-
-    told = msgspec.convert(shot, Shot)
-    one = parts.part_of(told, part)
-    clip = video.open_clip(told)
-    followed = outlines.follow(one, clip, told.start)
-    with working("choosing keys"):
-        found = choosing.suggest(followed.points, residual, keys, followed.whole)
-    keyed = choosing.with_keys(one, followed.points, found, told.start)
-    drawn = [{"name": key.name, "frame": key.frame, "outline": key.outline} for key in keyed.keys]
-    return {"part": part, "keys": drawn}
-
-
-def suggested(state: State, part: str, keys: list[dict[str, Any]]) -> State:
-    """Take the suggested keys."""
-    drawn = [KeyDrawing(key["name"], key["frame"], tuple((x, y) for x, y in key["outline"])) for key in keys]
-    one = parts.part_of(_shot(state), part)
-    return _with(state, replace(one, keys=tuple(drawn), box=None, color=None, inside=(), outside=()))
-
-
-def capture(shot: dict[str, Any], out: str) -> dict[str, Any]:
-    """Capture the shot."""
-    from capture.fit import batch, video
-
-    told = msgspec.convert(shot, Shot)
-    batch.capture_to(Path(out), told, video.open_clip(told))
-    return {"motion": out, "shot": shot, "written": [MOTION]}
-
-
-def now_captured(state: State, motion: str, shot: dict[str, Any]) -> State:
-    """Take what was captured; the shot may have been changed since the capture began."""
-    return replace(state, motion=tracks.load(motion), captured=msgspec.convert(shot, Shot))
-
-
-def _prepare_suggest(
-    state: State, part: Name, residual: Annotated[float, Meta(gt=0, le=100)] = 1.0, keys: Number = 8
-) -> dict[str, Any]:
-    _tellable(parts.part_of(_shot(state), part))
-    return {"shot": asdict(_shot(state)), "part": part, "residual": residual, "keys": keys}
-
-
-def _prepare_capture(state: State) -> dict[str, Any]:
-    for part in _shot(state).parts:
-        _tellable(part)
-    return {"shot": asdict(_shot(state)), "out": str(file_of(state, MOTION))}
-
-
 DESK = Desk(
     "capture",
     shown,
@@ -258,13 +230,14 @@ DESK = Desk(
         for one in (
             *(add_part, remove_part, rename_part, hang_part),
             *(box, color, scribble, outline, stretch),
-            *(drag_point, fix_frame, remove_key, rename_key),
+            *(drag_point, fix_frame, remove_key, rename_key, pivot),
         )
     },
-    looks={"frame": frame, "matte": matte, "captured": captured},
+    looks={"frame": frame, "matte": matte, "moving": moving, "captured": captured},
     work={
-        "suggest": Work(_prepare_suggest, suggest, suggested),
-        "capture": Work(_prepare_capture, capture, now_captured),
+        "suggest": Work(capture_work.prepare_suggest, capture_work.suggest, capture_work.suggested),
+        "capture": Work(capture_work.prepare_capture, capture_work.capture, capture_work.now_captured),
+        "again": Work(capture_work.prepare_again, capture_work.capture_again, capture_work.now_captured),
     },
 )
 
@@ -272,26 +245,6 @@ DESK = Desk(
 def _same(captured: Shot | None, shot: Shot) -> bool:
     """Whether two shots ask for the same capture; their clip may be named from another folder."""
     return captured is None or replace(captured, clip=shot.clip) == shot
-
-
-def _shot(state: State) -> Shot:
-    if state.shot is None:
-        raise InputError("a clip must be open for this: open one first")
-    return state.shot
-
-
-def _with(state: State, part: Part) -> State:
-    return replace(state, shot=parts.with_part(_shot(state), part))
-
-
-def _is_told(part: Part) -> bool:
-    """Whether it is said which pixels are the part's."""
-    return bool(part.keys[0].outline or part.box or part.color or part.inside)
-
-
-def _tellable(part: Part) -> None:
-    if not _is_told(part):
-        raise InputError(f"part {part.name!r} must be shown first: draw a box round it, or its outline")
 
 
 def _clip_shown(shot: Shot) -> dict[str, Any]:

@@ -57,6 +57,12 @@ def arguments(function: Callable[..., Any], fields: Mapping[str, Any]) -> dict[s
 
     expected = _expected(function)
     try:
+        msgspec.json.encode(dict(fields))  # half of a sign, as a notebook's channel lets through, is in no file's name
+    except (UnicodeEncodeError, TypeError, RecursionError):
+        raise InputError(
+            f"{function.__name__}: a message must hold plain text and numbers, this one does not"
+        ) from None
+    try:
         given = msgspec.convert(dict(fields), expected)
     except msgspec.ValidationError as error:
         raise InputError(f"{function.__name__}: {str(error)[:1].lower()}{str(error)[1:]}") from None

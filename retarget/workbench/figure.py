@@ -1,60 +1,109 @@
-"""A figure at the posing desk: its joints, how it stands now, its postures, and the steps that it dances."""
+"""A figure at the posing desk: its joints, how it stands now, its postures, the dance, and what it feels like."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.posing.choreography import Dance, Phrase, Step, read_dance
+from mocap.posing.choreography import Dance, Phrase, read_dance
 from mocap.posing.limits import JointLimits
 from mocap.posing.poses import Pose
 from mocap.posing.postures import Pool, read_pool
+from mocap.posing.stance import Music, Stance, pinned_of, pose_of, read_stance, stance_of
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
+from retarget.stage.held import Held
 
-POOL, DANCE = ".postures.json", ".dance.toml"
+POOL, DANCE, STANCE = ".postures.json", ".dance.toml", ".posing.json"
+FIGURES = (".bvh", ".glb", ".gltf", ".svg", ".toml")
 BEATS = 8.0  # of a dance that begins
 STILL = 1e-6  # radians: a joint that is turned by less is not
+
+FEEL = {"bpm": 120.0, "quick": 2.2, "damping": 0.8, "clumsy": 0.0, "stiff": 0.0, "wild": 0.0, "extent": 1.0}
+RUBBER = {"omega": 3.0, "sigma": 0.15, "follow": 0.5, "squash": 0.5, "hose": 1.0}
+"""Sliders before anybody moves them: of a dance, and of rubber."""
 
 
 @dataclass(frozen=True, eq=False)
 class Figure:
     """J joints, and everything that a person does with them."""
 
-    file: str  # a .bvh in the folder, or the name of a figure that is built in
+    file: str  # in the folder, or the name of a figure that is built in
     skeleton: Skeleton
     rest: NDArray  # (J, 4)
     limits: tuple[JointLimits, ...]
     pose: Pose
+    begun: Pose  # how it stands before anybody poses it
     motion: SkeletonMotion | None = None  # what the file holds, upright
+    drawing: Held | None = None  # what it is drawn as
     pinned: tuple[int, ...] = ()
     extents: dict[str, float] = field(default_factory=dict)  # of the postures that are mixed now
     pool: Pool | None = None
     dance: Dance | None = None
+    feel: dict[str, float] = field(default_factory=dict)  # sliders that were moved
+    music: Music | None = None
+
+    @cached_property
+    def stance(self) -> Stance | None:
+        """What is kept of the pose and what belongs to it; nothing of a figure that stands as it did."""
+        if self.pose is self.begun and not (self.pinned or self.extents or self.feel or self.music):
+            return None
+        return stance_of(self.skeleton, self.pose, self.pinned, self.extents, self.feel, self.music)
+
+    def slider(self, name: str) -> float:
+        """Where a slider of FEEL or RUBBER is."""
+        return self.feel.get(name, {**FEEL, **RUBBER}[name])
+
+
+def is_figure(path: Path) -> bool:
+    """Whether a file may hold somebody who can be posed: reading it tells."""
+    if path.is_dir():
+        return (path / "char_cfg.yaml").is_file()
+    if path.suffix.lower() == ".toml":
+        return path.name.lower().endswith(".marks.toml")
+    return path.suffix.lower() in FIGURES
 
 
 def figure_of(folder: Path, file: str, name: str) -> Figure:
-    """The figure of a .bvh file or a built-in one, with the postures and the dance that lie under its name."""
-    from mocap.posing import limits
+    """The figure of a file or a built-in one, with what lies under its name: postures, a dance, how it was left."""
+    from mocap.posing import limits, postures
     from mocap.posing.starting import starting_pool
     from mocap.skeletons.bvh import read_bvh
     from mocap.skeletons.units import upright
     from retarget.characters.figures.dancer import BUILT_IN, read_dancer
+    from retarget.stage.held import hold
 
     dancer = read_dancer(file if file in BUILT_IN else str(folder / file))
-    motion = None if file in BUILT_IN else upright(read_bvh(folder / file))
-    pool, dance = folder / (name + POOL), folder / (name + DANCE)
-    return Figure(
+    skeleton, rest = dancer.skeleton, dancer.rest
+    motion = upright(read_bvh(folder / file)) if file.lower().endswith(".bvh") else None
+    drawn = postures.unturned(skeleton) if dancer.drawing is not None else rest
+    begun = mixed(skeleton, drawn, np.zeros((len(skeleton), 3)))
+    pool, dance, stance = (folder / (name + kind) for kind in (POOL, DANCE, STANCE))
+    figure = Figure(
         file,
-        dancer.skeleton,
-        dancer.rest,
-        limits.usual(dancer.skeleton),
-        mixed(dancer.skeleton, dancer.rest, np.zeros((len(dancer.skeleton), 3))),
+        skeleton,
+        rest,
+        () if dancer.drawing is not None else limits.usual(skeleton),  # on a page a knee bends either way
+        begun,
+        begun,
         motion,
-        pool=read_pool(pool) if pool.exists() else starting_pool(dancer.skeleton, dancer.rest),
+        None if dancer.drawing is None else hold(dancer.drawing),
+        pool=read_pool(pool) if pool.exists() else starting_pool(skeleton, rest),
         dance=read_dance(dance) if dance.exists() else Dance((Phrase((), BEATS),)),
     )
+    return left_as(figure, read_stance(stance)) if stance.exists() else figure
+
+
+def left_as(figure: Figure, stance: Stance) -> Figure:
+    """The figure as it was left."""
+    known = {**FEEL, **RUBBER}
+    feel = {name: value for name, value in stance.feel.items() if name in known}
+    pose, pinned = pose_of(stance, figure.skeleton), pinned_of(stance, figure.skeleton)
+    extents = {name: extent for name, extent in stance.extents.items() if name in figure.pool.names()}
+    return replace(figure, pose=pose, pinned=pinned, extents=extents, feel=feel, music=stance.music)
 
 
 def mixed(skeleton: Skeleton, rest: NDArray, turns: NDArray) -> Pose:
@@ -68,8 +117,28 @@ def dragged(figure: Figure, joint: int, to: NDArray) -> Figure:
     """The figure with a joint at a place (3,), metres, and all others where springs take them."""
     from mocap.posing import springs
 
-    pose = springs.drag(figure.skeleton.parents, figure.pose, joint, to, figure.pinned, figure.limits)
-    return replace(figure, pose=pose)
+    mine = _hangs_with(figure.skeleton.parents, joint)
+    if len(mine) == 1:
+        positions = figure.pose.positions.copy()
+        positions[joint] = to
+        return replace(figure, pose=Pose(positions, figure.pose.turns))
+    number = {one: n for n, one in enumerate(mine)}
+    parents = tuple(number.get(figure.skeleton.parents[one], -1) for one in mine)
+    part = Pose(figure.pose.positions[mine], figure.pose.turns[mine])
+    pinned = tuple(number[one] for one in figure.pinned if one in number)
+    limits = tuple(replace(one, joint=number[one.joint]) for one in figure.limits if one.joint in number)
+    moved = springs.drag(parents, part, number[joint], to, pinned, limits)
+    positions, turns = figure.pose.positions.copy(), figure.pose.turns.copy()
+    positions[mine], turns[mine] = moved.positions, moved.turns
+    return replace(figure, pose=Pose(positions, turns))
+
+
+def _hangs_with(parents: Sequence[int], joint: int) -> list[int]:
+    """The joints that hang together with one: files of models hold lights and other things beside."""
+    tops = []
+    for one, parent in enumerate(parents):
+        tops.append(one if parent < 0 else tops[parent])
+    return [one for one, top in enumerate(tops) if top == tops[joint]]
 
 
 def postured(figure: Figure, name: str, extent: float) -> Figure:
@@ -109,19 +178,3 @@ def without(figure: Figure, name: str) -> Figure:
         for phrase in figure.dance.phrases
     )
     return replace(figure, pool=replace(figure.pool, postures=left), extents=extents, dance=Dance(phrases))
-
-
-def steps_of(figure: Figure) -> tuple[Step, ...]:
-    """The steps of the first phrase: what the timeline shows."""
-    return figure.dance.phrases[0].steps if figure.dance.phrases else ()
-
-
-def stepped(figure: Figure, steps: list[Step], beats: float | None = None) -> Figure:
-    """The figure with such steps in its first phrase, in the order of their beats."""
-    from mocap.posing.choreography import checked
-
-    first = figure.dance.phrases[0] if figure.dance.phrases else Phrase((), BEATS)
-    steps = sorted(steps, key=lambda step: (step.beat, step.posture))
-    phrase = replace(first, steps=tuple(steps), beats=first.beats if beats is None else beats)
-    dance = Dance((phrase, *figure.dance.phrases[1:]))
-    return replace(figure, dance=checked(dance) if steps else dance)

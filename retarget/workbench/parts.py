@@ -83,7 +83,7 @@ def keyed(part: Part, frame: int, points: NDArray) -> Part:
 def fixed(part: Part, motion: CartoonMotion, frame: int, first: int = 0) -> Part:
     """The part with what was captured in a frame as a key there, to be corrected; the motion's frame 0 is `first`.
 
-    A part that was told by box, colour or scribbles gets the captured outline for its first key as well.
+    A part that was told by box, colour or scribbles gets the outline that was traced for its first key as well.
     """
     t = frame - first
     if not 0 <= t < len(motion.times):
@@ -92,13 +92,10 @@ def fixed(part: Part, motion: CartoonMotion, frame: int, first: int = 0) -> Part
         raise InputError(f"part {part.name!r} has a key in frame {frame} already: drag its points")
     count = len(part.keys[0].outline)
     if not count:
-        outlines = motion.outline(part.name)
-        began = part.keys[0].frame
-        return keyed(
-            keyed(replace(part, box=None, color=None, inside=(), outside=()), began, outlines[began - first]),
-            frame,
-            outlines[t],
-        )
+        keyset, (key, *_) = motion.keyset(part.name), part.keys
+        traced = tuple((float(x), float(y)) for x, y in keyset.points[0, keyset.outline])  # to the last bit: it stays
+        told = replace(part, keys=(replace(key, outline=traced),), box=None, color=None, inside=(), outside=())
+        return keyed(told, frame, motion.outline(part.name)[t])
     points = motion.points(part.name)[t]
     if count > len(points):
         raise InputError(f"part {part.name!r} was drawn anew since it was captured: capture it again first")

@@ -1,32 +1,40 @@
 """The posing desk: joints dragged on springs, postures mixed, kept and put on beats; a clip beside it made rubber."""
 
+import json
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
-from threading import RLock
-from typing import Annotated, Any, Literal
+from threading import Lock, RLock
+from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from capture.errors import InputError
-from mocap.posing.choreography import Dance, Step
+from mocap.posing.poses import Pose
 from mocap.skeletons.skeleton import SkeletonMotion
 from retarget.workbench import figure as figures
-from retarget.workbench.desks import Desk, Seen, Work
-from retarget.workbench.figure import DANCE, POOL, Figure
-from retarget.workbench.state import State, file_of
+from retarget.workbench import music, phrases, posed_files, puppet
+from retarget.workbench.desks import Desk, Seen
+from retarget.workbench.figure import FEEL, RUBBER
+from retarget.workbench.posed import Extent, File, Name, Number, figure_in, joint_of, numbers, with_figure
+from retarget.workbench.state import State, pose_file
 
-Number = Annotated[int, Meta(ge=0, le=10_000_000)]
 Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
-Name = Annotated[str, Meta(min_length=1, max_length=60)]
-Extent = Annotated[float, Meta(ge=-3, le=3)]
-Beat = Annotated[float, Meta(ge=0, le=1000)]
-Bpm = Annotated[float, Meta(ge=20, le=400)]
-Style = Annotated[float, Meta(ge=-1, le=1)]
+Moment = Annotated[float, Meta(ge=0, le=36_000)]
+Parts = Annotated[list[Annotated[str, Meta(max_length=400)]], Meta(min_length=1, max_length=2000)]
+RANGES = {
+    **dict.fromkeys(("clumsy", "stiff", "wild"), (-1, 1)),
+    **dict.fromkeys(("follow", "squash", "hose"), (0, 1)),
+    "bpm": (40, 240),
+    "quick": (0.2, 10),
+    "damping": (0.01, 3),
+    "extent": (-3, 3),
+    "omega": (0, 20),
+    "sigma": (0.005, 2),
+}
 SECONDS = 12.0  # of a clip that rubber is shown for
-_work = RLock()
+FPS = 24.0
+_work, _readying = RLock(), Lock()
 
 
 def shown(state: State) -> dict[str, Any]:
@@ -41,224 +49,163 @@ def shown(state: State) -> dict[str, Any]:
             "parents": list(figure.skeleton.parents),
             "frames": 0 if figure.motion is None else len(figure.motion),
             "fps": 0.0 if figure.motion is None else figure.motion.fps,
+            "drawn": "" if figure.drawing is None else f"{figure.file} {id(figure.drawing)}",
+            "kinds": posed_files.kinds(figure),
         },
-        "pose": np.round(figure.pose.positions, 5).tolist(),
+        "pose": _places_of(figure.pose),
+        "parts": None if figure.drawing is None else _parts_of(figure.drawing, figure.pose),
         "pinned": list(figure.pinned),
         "pool": list(figure.pool.names()),
         "extents": figure.extents,
-        "dance": {
-            "beats": figure.dance.beats,
-            "phrase": figure.dance.phrases[0].beats,
-            "half": figure.dance.phrases[0].half,
-            "steps": [
-                {"beat": step.beat, "posture": step.posture, "extent": step.extent} for step in figures.steps_of(figure)
-            ],
-        },
+        "feel": {**FEEL, **RUBBER, **figure.feel},
+        "dance": phrases.shown(figure),
+        "music": music.shown(figure),
     }
 
 
 # --- actions: (state, fields) -> state ----------------------------------------------------------------------------
 
 
-def begin(state: State, who: Literal["human", "flower", "lamp"]) -> State:
-    """Pose a figure that is built in."""
-    return replace(State(state.folder, who), figure=figures.figure_of(state.folder, who, who))
+def begin(state: State, who: File) -> State:
+    """Pose a figure: one that is built in, or of a file in the folder."""
+    from retarget.characters.figures.dancer import BUILT_IN
+    from retarget.workbench.filenames import inside
+
+    if who not in BUILT_IN and not figures.is_figure(inside(state.folder, who)):
+        raise InputError(
+            f"a figure must be {', '.join(BUILT_IN)}, a .bvh, a model with a skin or a drawing with marked joints, got "
+            f"{who[:80]!r}"
+        )
+    return pose_file(state, who)
 
 
 def drag(state: State, joint: Number, to: tuple[Metres, Metres, Metres]) -> State:
     """Drag a joint."""
-    return _with(state, figures.dragged(_figure(state), _joint(state, joint), np.array(to)))
+    return with_figure(state, figures.dragged(figure_in(state), joint_of(state, joint), np.array(to)))
 
 
 def pin(state: State, joint: Number, on: bool = True) -> State:
     """Pin a joint, or let it go."""
-    figure = _figure(state)
-    others = tuple(other for other in figure.pinned if other != _joint(state, joint))
-    return _with(state, replace(figure, pinned=(*others, joint) if on else others))
+    figure = figure_in(state)
+    others = tuple(other for other in figure.pinned if other != joint_of(state, joint))
+    return with_figure(state, replace(figure, pinned=(*others, joint) if on else others))
+
+
+def unpin(state: State) -> State:
+    """Let all joints go."""
+    return with_figure(state, replace(figure_in(state), pinned=()))
 
 
 def mix(state: State, posture: Name, extent: Extent) -> State:
     """Mix a posture in."""
-    return _with(state, figures.postured(_figure(state), posture, round(extent, 3)))
+    return with_figure(state, figures.postured(figure_in(state), posture, round(extent, 3)))
 
 
 def stand(state: State) -> State:
     """Stand at rest."""
-    figure = _figure(state)
+    figure = figure_in(state)
     turns = np.zeros((len(figure.skeleton), 3))
-    return _with(state, replace(figure, pose=figures.mixed(figure.skeleton, figure.rest, turns), extents={}))
+    return with_figure(state, replace(figure, pose=figures.mixed(figure.skeleton, figure.rest, turns), extents={}))
+
+
+def undrag(state: State) -> State:
+    """Stand as drawn, or as the figure began."""
+    figure = figure_in(state)
+    return with_figure(state, replace(figure, pose=figure.begun, extents={}))
 
 
 def keep(state: State, name: Name) -> State:
     """Keep the pose as a posture."""
-    return _with(state, figures.kept(_figure(state), name.strip()))
+    return with_figure(state, figures.kept(figure_in(state), name.strip()))
 
 
 def forget(state: State, name: Name) -> State:
     """Forget a posture."""
-    return _with(state, figures.without(_figure(state), name))
+    return with_figure(state, figures.without(figure_in(state), name))
 
 
 def take(state: State, frame: Number) -> State:
     """Take the pose of a frame of the clip."""
     from mocap.posing import postures
 
-    figure = _figure(state)
+    figure = figure_in(state)
     if figure.motion is None:
         raise InputError("a pose can be taken from a clip of motion capture: open a .bvh file")
     posture = postures.posture_of(figure.motion, frame, "taken", figure.rest)
     turns = postures.turns_of(posture, figure.skeleton)
-    return _with(state, replace(figure, pose=figures.mixed(figure.skeleton, figure.rest, turns), extents={}))
+    return with_figure(state, replace(figure, pose=figures.mixed(figure.skeleton, figure.rest, turns), extents={}))
 
 
-def put(state: State, posture: Name, beat: Beat, extent: Extent = 1.0) -> State:
-    """Put a posture on a beat."""
-    figure = _figure(state)
-    figure.pool[posture]  # another is refused with the names there are
-    return _with(state, figures.stepped(figure, [*figures.steps_of(figure), Step(beat, posture, extent)]))
-
-
-def move(state: State, step: Number, beat: Beat | None = None, extent: Extent | None = None) -> State:
-    """Move a step to another beat, or make it larger."""
-    figure = _figure(state)
-    steps = list(figures.steps_of(figure))
-    if step >= len(steps):
-        raise InputError(f"the dance has {len(steps)} steps, counted from 0; there is no step {step}")
-    old = steps[step]
-    beats = figure.dance.phrases[0].beats
-    to = old.beat if beat is None else min(beat, beats - 0.25)
-    steps[step] = replace(old, beat=to, extent=old.extent if extent is None else extent)
-    return _with(state, figures.stepped(figure, steps))
-
-
-def drop(state: State, step: Number) -> State:
-    """Take a step out."""
-    figure = _figure(state)
-    steps = [one for n, one in enumerate(figures.steps_of(figure)) if n != step]
-    return _with(state, figures.stepped(figure, steps))
-
-
-def invent(state: State, seed: Number = 0) -> State:
-    """Make a dance up."""
-    from mocap.posing.invent import invented
-
-    figure = _figure(state)
-    made = invented(figure.pool, figure.skeleton, 8, seed, figure.rest)
-    return _with(state, replace(figure, dance=Dance(made.phrases[:1])))  # what the timeline shows
+def feel(state: State, slider: Name, value: Annotated[float, Meta(ge=-1000, le=1000)]) -> State:
+    """Move a slider."""
+    figure = figure_in(state)
+    if slider not in RANGES:
+        raise InputError(f"a slider must be one of {', '.join(RANGES)}, got {slider!r}")
+    least, most = RANGES[slider]
+    if not least <= value <= most:
+        raise InputError(f"the slider {slider} must be {least:g} to {most:g}, got {value:g}")
+    return with_figure(state, replace(figure, feel={**figure.feel, slider: round(value, 4)}))
 
 
 # --- looks: (state, fields) -> bytes; nothing changes ---------------------------------------------------------------
 
 
-def danced(
-    state: State,
-    bpm: Bpm = 120.0,
-    quick: Annotated[float, Meta(ge=0.2, le=10)] = 2.2,
-    damping: Annotated[float, Meta(ge=0.01, le=3)] = 0.8,
-    clumsy: Style = 0.0,
-    stiff: Style = 0.0,
-    wild: Style = 0.0,
-    extent: Extent = 1.0,
-) -> Seen:
-    """The dance: float32 (T, J, 3), little end first, 24 frames a second."""
-    from mocap.posing import dance as dancing
-    from mocap.posing.beats import steady
-    from mocap.posing.elastic import felt, styled
+def ready(state: State) -> Seen:
+    """Nothing, as soon as joints can be dragged: machine code is made when it is first needed, once on a machine."""
+    with _readying:  # a lock of its own: others go on meanwhile
+        figure = figure_in(state)
+        joint = len(figure.skeleton) - 1
+        figures.dragged(figure, joint, figure.begun.positions[joint] + 0.01)
+    return Seen("application/json", b"true")
 
-    figure = _figure(state)
-    if not any(phrase.steps for phrase in figure.dance.phrases):
-        raise InputError("a dance needs a posture on a beat: put one there, or have a dance made up")
-    music = steady(bpm, figure.dance.beats * 60 / bpm)
-    springs = styled(felt(quick, damping), clumsy, stiff, wild)
+
+def danced(state: State, start: Moment = 0.0, seconds: Moment | None = None) -> Seen:
+    """The dance, or some seconds of it: float32 (T, J, 3), 24 frames a second, or of a drawing its parts' (T, P, 7)."""
+    figure = figure_in(state)
+    between = None if seconds is None else (start, start + seconds)
     with _work:
-        made = dancing.danced(
-            figure.skeleton, figure.pool, figure.dance, music, 24.0, springs, extent=extent, rest=figure.rest
-        )
-    return _places(made.positions(), fps=24.0, bpm=bpm)
+        motion, beats = posed_files.dance_of(figure, between)
+        said = {"fps": FPS, "first": 0 if between is None else int(np.ceil(start * FPS - 1e-9)), "bpm": beats.bpm}
+        if figure.drawing is None:
+            return numbers(motion.positions(), **said)
+        parts, names = puppet.parts_dancing(figure.drawing, motion, between is None)
+    return numbers(parts, parts=names, root=figure.drawing.character.marks.places[0].tolist(), **said)
 
 
-def rubber(
-    state: State,
-    omega: Annotated[float, Meta(ge=0, le=20)] | None = None,
-    sigma: Annotated[float, Meta(gt=0.005, le=2)] = 0.15,
-    follow: Annotated[float, Meta(ge=0, le=1)] = 0.5,
-    squash: Annotated[float, Meta(ge=0, le=1)] = 0.5,
-    hose: Annotated[float, Meta(ge=0, le=1)] = 1.0,
-) -> Seen:
+def mesh(state: State, parts: Parts | None = None) -> Seen:
+    """The drawing's pieces (see `puppet.mesh`)."""
+    held = _drawing(state)
+    with _work:
+        made, told = puppet.mesh(held, held.parts.names if parts is None else tuple(parts))
+    return numbers(made, **told)
+
+
+def texture(state: State) -> Seen:
+    """The picture of a drawn figure."""
+    return Seen("image/png", puppet.texture(_drawing(state)))
+
+
+def rubber(state: State) -> Seen:
     """The clip made rubber: float32 (T, S, 3) of its sub-joints, with their parents beside."""
     from mocap.rubber.rubber import make_rubber
 
-    clip = _clip(state)
+    clip, slider = _clip(state), figure_in(state).slider
     with _work:
-        made = make_rubber(clip, omega, sigma, squash=squash, hose=hose, follow=follow)
-    return _places(made.positions, fps=clip.fps, parents=list(made.subjoints.parents))
+        more = {name: slider(name) for name in ("squash", "hose", "follow")}
+        made = make_rubber(clip, slider("omega"), slider("sigma"), **more)
+    return numbers(made.positions, fps=clip.fps, parents=list(made.subjoints.parents))
 
 
 def clip(state: State) -> Seen:
     """The clip as it was captured: float32 (T, J, 3)."""
     motion = _clip(state)
-    return _places(motion.positions(), fps=motion.fps, parents=list(motion.skeleton.parents))
+    return numbers(motion.positions(), fps=motion.fps, parents=list(motion.skeleton.parents))
 
 
-# --- work: long, in a process of its own ----------------------------------------------------------------------------
-
-
-def export(what: str, clip: str, files: list[str], out: str, sliders: dict[str, float]) -> dict[str, Any]:
-    """Write the dance or the rubber into a file."""
-    from retarget.commands import dancing, rubbering
-
-    if what == "rubber":
-        said = rubbering.exaggerate(Path(clip), Path(out), **sliders)
-    else:
-        pool, steps = (Path(file) for file in files)
-        said = dancing.dance(None, Path(out), skeleton=clip, postures=pool, steps=steps, **sliders)
-    return {"said": said.replace(str(Path(out).parent), Path(out).parent.name)}
-
-
-def _prepare_export(
-    state: State,
-    what: Literal["dance", "rubber"],
-    kind: Literal[".bvh", ".mp4", ".gif", ".webm"] = ".bvh",
-    sliders: dict[str, Annotated[float, Meta(ge=-10, le=400)]] | None = None,
-) -> dict[str, Any]:
-    figure = _figure(state)
-    given = dict(sliders or {})
-    known = (
-        {"omega", "sigma", "follow", "squash", "hose"}
-        if what == "rubber"
-        else {"bpm", "quick", "damping", "clumsy", "stiff", "wild", "extent"}
-    )
-    if set(given) - known:
-        raise InputError(f"sliders of {what} must be {', '.join(sorted(known))}, got {', '.join(sorted(given))}")
-    if what == "rubber":
-        _clip(state)
-    elif not figures.steps_of(figure):
-        raise InputError("a dance needs a posture on a beat: put one there, or have a dance made up")
-    else:
-        given["beats"] = int(np.ceil(figure.dance.beats))
-    source = figure.file if figure.motion is None else str(state.folder / figure.file)
-    files = [str(file_of(state, POOL)), str(file_of(state, DANCE))]
-    return {
-        "what": what,
-        "clip": source,
-        "files": files,
-        "out": str(file_of(state, f".{what}{kind}")),
-        "sliders": given,
-    }
-
-
-def _exported(state: State) -> State:
-    return state
-
-
-def save_pose(state: State) -> State:
-    """Write the pose as a BVH of one frame."""
-    from mocap.posing import poses
-    from mocap.skeletons.bvh import write_bvh
-
-    figure = _figure(state)
-    write_bvh(poses.motion_of(figure.skeleton, [figure.pose], 24.0), file_of(state, ".pose.bvh"))
-    return state
+def others(state: State) -> Seen:
+    """Whom the folder has to pose: a list of files."""
+    found = [path.name for path in sorted(state.folder.iterdir()) if _may_be_posed(path)]
+    return Seen("application/json", json.dumps(found[:200]).encode())
 
 
 DESK = Desk(
@@ -266,28 +213,43 @@ DESK = Desk(
     shown,
     actions={
         one.__name__: one
-        for one in (begin, drag, pin, mix, stand, keep, forget, take, put, move, drop, invent, save_pose)
+        for one in (
+            *(begin, drag, pin, unpin, mix, stand, undrag, keep, forget, take, feel),
+            *(*phrases.ACTIONS, *music.ACTIONS, posed_files.save_pose),
+        )
     },
-    looks={"danced": danced, "rubber": rubber, "clip": clip},
-    work={"export": Work(_prepare_export, export, _exported)},
+    looks={one.__name__: one for one in (ready, danced, rubber, clip, mesh, texture, others, *music.LOOKS)},
+    work={"export": posed_files.EXPORT, "hear": music.HEAR},
 )
 
 
-def _figure(state: State) -> Figure:
-    if state.figure is None:
-        raise InputError("there must be a figure to pose: open a .bvh file, or take one that is built in")
-    return state.figure
+def _drawing(state: State) -> puppet.Held:
+    held = figure_in(state).drawing
+    if held is None:
+        raise InputError("this figure has a skeleton only: open a drawing with marked joints")
+    return held
 
 
-def _with(state: State, figure: Figure) -> State:
-    return replace(state, figure=figure)
+def _may_be_posed(path: Any) -> bool:
+    """A figure whose file, at a glance, has joints: an SVG or a model may as well be something to cast."""
+    if path.name.startswith(".") or not figures.is_figure(path):
+        return False
+    if path.suffix.lower() == ".svg":
+        return path.stat().st_size < 2**22 and b'id="joints"' in path.read_bytes()
+    if path.suffix.lower() in (".glb", ".gltf"):
+        with path.open("rb") as file:
+            return b'"skins"' in file.read(2**22)
+    return True
 
 
-def _joint(state: State, joint: int) -> int:
-    count = len(_figure(state).skeleton)
-    if joint >= count:
-        raise InputError(f"the figure has {count} joints, counted from 0; there is no joint {joint}")
-    return joint
+@lru_cache(maxsize=2)
+def _places_of(pose: Pose) -> list[list[float]]:
+    return np.round(pose.positions, 5).tolist()
+
+
+@lru_cache(maxsize=2)
+def _parts_of(held: puppet.Held, pose: Pose) -> list[float]:
+    return np.round(puppet.parts_at(held, pose.positions[None])[0], 8).ravel().tolist()
 
 
 @lru_cache(maxsize=4)
@@ -296,12 +258,7 @@ def _beginning(motion: SkeletonMotion) -> SkeletonMotion:
 
 
 def _clip(state: State) -> SkeletonMotion:
-    motion = _figure(state).motion
+    motion = figure_in(state).motion
     if motion is None:
         raise InputError("rubber is made of motion capture: open a .bvh file")
     return _beginning(motion)
-
-
-def _places(places: NDArray, **said: Any) -> Seen:
-    points = np.ascontiguousarray(places, dtype="<f4")
-    return Seen("application/octet-stream", points.tobytes(), {"shape": list(points.shape), **said})

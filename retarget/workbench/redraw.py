@@ -16,6 +16,9 @@ from capture.errors import InputError
 from capture.fit.curves import correspond
 from retarget.characters.drawings import paths
 from retarget.characters.drawings.paths import DrawnPath
+from retarget.characters.models.meshfiles import MODELS
+
+SMALL = 80  # pixels
 
 SAMPLES = 16  # places on each curve at which a stroke drawn anew is met
 LIKE = 30.0  # how much the places of a stroke drawn all round count, besides its turnings, for what is where on it
@@ -64,6 +67,19 @@ def picture(file: Path, pull: tuple[NDArray, NDArray, float] | None = None) -> N
     drawn, page = read(file, file.stat().st_mtime_ns)
     size = max(1, round(page[0])), max(1, round(page[1]))
     return draw2d.draw_things(pulled(drawn, *pull) if pull else drawn, size)
+
+
+@lru_cache(maxsize=200)
+def small(file: Path, changed: int) -> NDArray:
+    """A drawing or picture (H, W, 4), at most SMALL pixels wide and high."""
+    import cv2
+
+    if file.suffix.lower() in MODELS:
+        raise InputError(f"{file.name} is a model, it has no picture of its own: let it play to see it")
+    whole = picture(file)
+    share = min(SMALL / max(whole.shape[:2]), 1.0)
+    size = max(1, round(whole.shape[1] * share)), max(1, round(whole.shape[0] * share))
+    return cv2.resize(whole, size, interpolation=cv2.INTER_AREA)
 
 
 def check_svg(file: Path) -> None:

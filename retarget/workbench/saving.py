@@ -1,7 +1,8 @@
 """Documents saved by themselves: what changed is written, and what somebody else wrote meanwhile is not overwritten."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,37 +11,50 @@ from capture.errors import InputError
 from retarget.workbench.state import DOCUMENTS, State, documents, file_of
 
 
+class Unwritable(InputError):
+    """The system does not let a document be written now, for a full disk or the like; later it may."""
+
+
 @dataclass(eq=False)
 class Saved:
     """What is on disk, as far as this session knows."""
 
     documents: dict[Path, Any] = field(default_factory=dict)  # by file: the document that is in it
     digests: dict[Path, str] = field(default_factory=dict)  # by file: what its content was when we last had it
+    blank: dict[Path, Any] = field(default_factory=dict)  # by file: the document of a work that has no such file yet
 
 
 def note(saved: Saved, state: State, kinds: Sequence[str] = DOCUMENTS) -> None:
     """Take it that the state's documents of these kinds are what their files hold, as after opening them."""
     for kind, (document, _) in documents(state).items():
         path = file_of(state, kind)
-        if kind in kinds and path.exists():
+        if kind not in kinds:
+            continue
+        if path.exists():
             saved.documents[path], saved.digests[path] = document, _digest(path)
+            saved.blank.pop(path, None)
+        else:
+            saved.blank[path] = document
+            saved.documents.pop(path, None)
+            saved.digests.pop(path, None)
 
 
 def save(saved: Saved, state: State) -> list[Path]:
     """Write the documents that changed since they were last written; returns their files.
 
-    A document that was taken back altogether takes its file with it, if this session made that.
+    A document that was taken back altogether, or to what it was before there was a file, takes its file with it, if
+    this session made that.
     """
     written = []
-    for kind, (document, write) in documents(state).items():
-        path = file_of(state, kind)
-        if not state.name or document is saved.documents.get(path):
+    for path, document, write in _asked(saved, state):
+        if document is saved.documents.get(path):
             continue
         _refuse_others(saved, path)
-        if document is None:
-            path.unlink(missing_ok=True)
-        else:
-            write(document, path)
+        with _told(path):
+            if document is None:
+                path.unlink(missing_ok=True)
+            else:
+                write(document, path)
         saved.documents[path], saved.digests[path] = document, _digest(path)
         written.append(path)
     return written
@@ -48,10 +62,26 @@ def save(saved: Saved, state: State) -> list[Path]:
 
 def unsaved(saved: Saved, state: State) -> bool:
     """Whether anything is not on disk yet."""
-    kept = saved.documents
-    return bool(state.name) and any(
-        d is not kept.get(file_of(state, kind)) for kind, (d, _) in documents(state).items()
-    )
+    return any(document is not saved.documents.get(path) for path, document, _ in _asked(saved, state))
+
+
+def _asked(saved: Saved, state: State) -> Iterator[tuple[Path, Any, Callable[[Any, Path], None]]]:
+    """File, document or None for no file, and what writes it, of all documents of a named work."""
+    for kind, (document, write) in documents(state).items() if state.name else ():
+        path = file_of(state, kind)
+        yield path, None if document is saved.blank.get(path) else document, write
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """What the system does not let be written is said as such, and that nothing is lost by it."""
+    try:
+        yield
+    except (InputError, OSError) as error:
+        why = str(error) if isinstance(error, InputError) else f"{path}: {error.strerror or error}"
+        raise Unwritable(
+            f"not saved yet, but kept here and tried again: {why.removeprefix(f'{path}: ')} ({path.name})"
+        ) from None
 
 
 def _refuse_others(saved: Saved, path: Path) -> None:

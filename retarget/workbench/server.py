@@ -9,6 +9,7 @@ import hmac
 import secrets
 import socket
 from collections.abc import Awaitable, Callable
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs
 
 from capture.errors import InputError
-from retarget.workbench import wire
+from retarget.workbench import impatient, wire
 from retarget.workbench.session import Session
 
 if TYPE_CHECKING:
@@ -26,15 +27,19 @@ if TYPE_CHECKING:
 
 STATIC = Path(__file__).parent / "static"
 LARGEST = 2**20  # bytes of a message: an outline of 5000 points is a fifth of it
-LOOKS_AT_ONCE = 3
+LOOKS_AT_ONCE = 3  # of one page
+LOOKERS, DOERS = 6, 4  # threads: what only looks, however long, never stands before what is to be done
+WAITING = 500  # looks that a page may have asked for and not seen
 BEHIND = 2000  # events that a page may lag behind before it is let go; it comes again by itself
 HEADERS = {
     "content-security-policy": "default-src 'self'; connect-src 'self' {sockets}; img-src 'self' blob: data:; "
+    "media-src 'self' blob:; "
     "style-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
     "cache-control": "no-store",
     "cross-origin-resource-policy": "same-origin",
+    "cross-origin-opener-policy": "same-origin",
 }
 
 Asgi = Callable[..., Awaitable[None]]
@@ -79,6 +84,7 @@ def start(session: Session) -> Serving:
     port, token, origins = listener.getsockname()[1], secrets.token_urlsafe(24), set()
     config = uvicorn.Config(
         guarded(pages(session), port, token, origins),
+        http=impatient.protocol(),
         ws="websockets-sansio",
         ws_max_size=LARGEST,
         ws_per_message_deflate=False,  # it would cost more time than it saves on this machine
@@ -110,8 +116,12 @@ def guarded(app: Asgi, port: int, token: str, origins: set[str]) -> Asgi:
             return
         headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
         origin, for_socket = headers.get("origin"), scope["type"] == "websocket"
-        given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])[0]
-        free = not for_socket and scope["path"].startswith("/static/")  # our own source, nobody's secret
+        asked = parse_qs(scope.get("query_string", b"").decode("latin-1"), keep_blank_values=True).get("token", [])
+        given = asked[0] if asked else ""
+        open_to_all = scope["path"].startswith("/static/") or (scope["path"] == "/" and not asked)
+        free = (
+            not for_socket and open_to_all
+        )  # our own source is nobody's secret; without a token the page only says so
         if headers.get("host") not in names:
             code, why = 421, "this is no server of that name"
         elif origin not in ours | (origins if for_socket else set()) and (for_socket or origin is not None):
@@ -132,6 +142,8 @@ def pages(session: Session) -> Asgi:
     from starlette.responses import FileResponse, PlainTextResponse, Response
     from starlette.routing import Route, WebSocketRoute
 
+    lookers, doers = ThreadPoolExecutor(LOOKERS, "looks"), ThreadPoolExecutor(DOERS, "acts")
+
     def headers(request: Any) -> dict[str, str]:
         policy = HEADERS["content-security-policy"].format(sockets=f"ws://{request.headers['host']}")
         return {**HEADERS, "content-security-policy": policy}
@@ -146,13 +158,13 @@ def pages(session: Session) -> Asgi:
         return FileResponse(file, media_type=wire.KINDS.get(file.suffix), headers=headers(request))
 
     async def connected(websocket: "WebSocket") -> None:
-        await _converse(websocket, session)
+        await _converse(websocket, session, lookers, doers)
 
     routes = [Route("/", index), Route("/static/{name:path}", static), WebSocketRoute("/socket", connected)]
     return Starlette(routes=routes)
 
 
-async def _converse(websocket: "WebSocket", session: Session) -> None:
+async def _converse(websocket: "WebSocket", session: Session, lookers: Executor, doers: Executor) -> None:
     """One page: its messages in, events out, until it closes."""
     from starlette.websockets import WebSocketDisconnect
 
@@ -173,11 +185,11 @@ async def _converse(websocket: "WebSocket", session: Session) -> None:
 
     async def look(message: dict[str, Any]) -> None:
         async with looking:
-            for event in await asyncio.to_thread(session.act, message):
+            for event in await loop.run_in_executor(lookers, session.act, message):
                 waiting.put_nowait(event)
 
     ends = session.listen(later)
-    waiting.put_nowait(await asyncio.to_thread(session.shown))
+    waiting.put_nowait(await loop.run_in_executor(doers, session.shown))
     sender = asyncio.create_task(send())
     try:
         while not sender.done():
@@ -186,10 +198,13 @@ async def _converse(websocket: "WebSocket", session: Session) -> None:
                 break
             message = wire.message(received.get("text"))
             if isinstance(message, dict) and "look" in message:
+                if len(tasks) >= WAITING:
+                    await websocket.close(1013)  # no page of ours asks for so much; it may come again
+                    break
                 tasks.add(task := asyncio.create_task(look(message)))
                 task.add_done_callback(tasks.discard)
                 continue
-            for event in await asyncio.to_thread(session.act, message):
+            for event in await loop.run_in_executor(doers, session.act, message):
                 if event["kind"] in wire.FOR_THE_ASKER:  # the others have come by way of the listener
                     waiting.put_nowait(event)
     finally:

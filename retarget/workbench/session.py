@@ -7,26 +7,29 @@ Messages:  {"do": "capture.box", "part": "frog", ...}     an action; with "gestu
            {"look": "capture.frame", "frame": 12}          changes nothing; answered with bytes
 Events:    {"kind": "state", "revision", "changed": {desk: {section: ...}}, "undo", "redo"}    for everybody
            {"kind": "progress", "work", "label", "done", "total"}, {"kind": "ended", "work", "sentence", "made"}  to all
-           {"kind": "told", "sentence"}                    for everybody: what should be known, such as a failed save
+           {"kind": "told", "sentence", "why"}             for everybody: what became of saving; why is "elsewhere"
+                                                   (another program changed a file), "unwritable" or "saved" (again)
            {"kind": "refused", "sentence"}, {"kind": "seen", "type", ..., "data"}, {"kind": "done"}   to who asked
 A message's "id" comes back in the answers to it, the last of which is done, seen or refused.
 """
 
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from threading import RLock, Timer
 from typing import Any
 
 from capture.errors import InputError
-from retarget.workbench import desks, folder, history, saving, working
+from retarget.workbench import desks, folder, history, reach, saving, working
 from retarget.workbench.desks import Desk
 from retarget.workbench.history import History
 from retarget.workbench.saving import Saved
-from retarget.workbench.state import State
+from retarget.workbench.state import State, pose_file
 
 Event = dict[str, Any]
 SAVED_AFTER = 0.5  # seconds: the most that a drag goes on before what it did so far is on disk
+TRIED_AGAIN = 3.0  # seconds after which what could not be written is tried again
 
 
 class Session:
@@ -44,8 +47,10 @@ class Session:
         self._listeners: list[Callable[[Event], None]] = []
         self._lock = RLock()
         self._timer: Timer | None = None
+        self._closed = False
+        self._unsaved = ""  # the sentence last told of why not all is on disk
         if file:
-            self.history = History(folder.open_(self.state, file))
+            self.history = History(folder.named(self.state, file))  # who starts it chose that file, and what it names
             saving.note(self._saved, self.state)
         self._sent = self._sections()
 
@@ -61,9 +66,18 @@ class Session:
         return lambda: self._listeners.remove(hears) if hears in self._listeners else None
 
     def shown(self) -> Event:
-        """The whole state as an event: what a page gets when it opens."""
+        """The whole state as an event: what a page gets when it opens.
+
+        What cannot be read any more, such as a clip that was moved away, is closed: its documents are on disk.
+        """
         with self._lock:
-            self._sent = self._sections()
+            try:
+                self._sent = self._sections()
+            except InputError as error:
+                self.save()
+                self.history = History(State(self.state.folder))
+                self._sent = self._sections()
+                self._tell({"kind": "told", "sentence": f"closed, for it cannot be read: {error}"})
             return self._state_event(self._sent)
 
     def act(self, message: Any) -> list[Event]:
@@ -83,19 +97,33 @@ class Session:
                 return [{**_refused(error), **answer}]
 
     def save(self) -> list[Event]:
-        """Write what is not on disk yet; a failure is told, and tried again at the next change."""
+        """Write what is not on disk yet; a failure is told, and tried again in a while and at the next change."""
         with self._lock:
             if self._timer is not None:
                 self._timer.cancel()
                 self._timer = None
+            before = self._unsaved
             try:
                 saving.save(self._saved, self.state)
-                return []
             except InputError as error:
-                return [self._tell({"kind": "told", "sentence": str(error)})]
+                self._unsaved, full = str(error), isinstance(error, saving.Unwritable)
+                event = {"kind": "told", "sentence": self._unsaved, "why": "unwritable" if full else "elsewhere"}
+                if full and not self._closed:
+                    self._save_in(TRIED_AGAIN)
+                return [event if full and self._unsaved == before else self._tell(event)]
+            self._unsaved = ""
+            if before:
+                self._tell({"kind": "told", "sentence": "All is saved again.", "why": "saved"})
+            return []
+
+    def _save_in(self, seconds: float) -> None:
+        self._timer = Timer(seconds, self.save)
+        self._timer.daemon = True
+        self._timer.start()
 
     def close(self) -> None:
         """Save, and stop what is running."""
+        self._closed = True
         self.save()
         if self.running is not None:
             working.cancel(self.running)
@@ -121,6 +149,7 @@ class Session:
 
     def _become(self, new: History, later: bool = False) -> list[Event]:
         """Go over to a new history; save it now, or within half a second while a gesture goes on."""
+        sections = self._sections(new.state)  # what cannot be shown is refused before it takes the other's place
         other = new.state.name != self.state.name
         if other:
             self.save()
@@ -131,10 +160,7 @@ class Session:
         if not later:
             told = self.save()
         elif self._timer is None:
-            self._timer = Timer(SAVED_AFTER, self.save)
-            self._timer.daemon = True
-            self._timer.start()
-        sections = self._sections()
+            self._save_in(SAVED_AFTER)
         changed = {
             desk: {name: value for name, value in inner.items() if self._sent[desk].get(name) != value}
             for desk, inner in sections.items()
@@ -145,13 +171,16 @@ class Session:
 
     def _reload(self) -> list[Event]:
         """What is on disk now, whoever wrote it; what was there before can be had again by undoing."""
-        from retarget.workbench.state import open_file
-
+        if self.state.figure is not None:
+            fresh = replace(pose_file(self.state, self.state.figure.file), name=self.state.name)
+            saving.note(self._saved, fresh)
+            return self._become(history.done(self.history, fresh, "read the files again"))
         files = [file for file in folder.listed(self.state.folder) if file["kind"] in ("shot", "motion", "cast")]
         named = [one["file"] for one in files if one["file"].startswith(f"{self.state.name}.")]
         if not named:
             raise InputError("nothing of this work is on disk to be read again: open a file")
-        fresh = open_file(self.state, folder.inside(self.state.folder, named[0]))
+        fresh = folder.named(self.state, named[0])
+        reach.refuse_outside(fresh, reach.outside(self.state))
         saving.note(self._saved, fresh)
         return self._become(history.done(self.history, fresh, "read the files again"))
 
@@ -196,8 +225,8 @@ class Session:
             return {**_refused(error), **answer}
         return {"kind": "seen", "type": seen.kind, **answer, **seen.said, "data": seen.data}
 
-    def _sections(self) -> dict[str, dict[str, Any]]:
-        return {desk.name: desk.shown(self.state) for desk in self.desks}
+    def _sections(self, state: State | None = None) -> dict[str, dict[str, Any]]:
+        return {desk.name: desk.shown(self.state if state is None else state) for desk in self.desks}
 
     def _state_event(self, changed: dict[str, dict[str, Any]]) -> Event:
         steps = {"undo": self.history.past, "redo": self.history.future}
@@ -215,6 +244,12 @@ def _refused(error: Exception) -> Event:
     """An error in a sentence; one that is no fault of the user's is shown in full where the server runs."""
     if isinstance(error, InputError):
         return {"kind": "refused", "sentence": " ".join(str(error).split())}
+    if isinstance(error, OSError) and error.strerror:
+        of = f" ({Path(str(error.filename)).name[:60]})" if error.filename else ""
+        return {
+            "kind": "refused",
+            "sentence": f"the files must let themselves be read and written: {error.strerror}{of}",
+        }
     traceback.print_exception(error)
     return {"kind": "refused", "sentence": f"this went wrong, and is a fault of tooncap: {error!r}"}
 

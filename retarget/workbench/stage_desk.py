@@ -12,7 +12,7 @@ from capture.motion.tracks import CartoonMotion
 from retarget.characters.casts.backdrop import is_color
 from retarget.characters.casts.castcheck import checked
 from retarget.characters.casts.castfile import Cast, CastKeep, read_cast
-from retarget.workbench import casts, folder, playing, redraw, solids, stage_keys, stage_space, upload
+from retarget.workbench import casts, filenames, made, offers, playing, redraw, solids, stage_keys, stage_space, upload
 from retarget.workbench.desks import Desk, Seen, Work
 from retarget.workbench.staged import At, Name, Number, number_of, png
 from retarget.workbench.staged import cast_of as _cast
@@ -25,8 +25,8 @@ Files = Annotated[list[Name], Meta(min_length=1, max_length=200)]
 Height = Annotated[float, Meta(gt=0, le=50)]
 Piece = Annotated[bytes, Meta(max_length=2**19)]
 FORMATS = {
-    ".mp4": "MP4 video",
     ".gif": "GIF",
+    ".mp4": "MP4 video",
     ".webm": "WebM video, transparent",
     ".mov": "ProRes video, transparent",
     "/": "PNG pictures, one a frame",
@@ -46,13 +46,14 @@ FORMATS = {
 def shown(state: State) -> dict[str, Any]:
     """What is played, by whom, and what could be: drawings of the folder."""
     motion, cast = state.motion, state.cast
-    drawings = [one["file"] for one in folder.listed(state.folder) if one["kind"] == "drawing"] if state.name else []
-    drawings = [file for file in drawings if not redraw.is_edit(Path(file))]
+    source = "" if state.shot is None else state.shot.clip
     return {
         "motion": None if motion is None else _motion_shown(motion),
         "cast": None if cast is None else _cast_shown(cast),
         "number": number_of(state),
-        "drawings": drawings,
+        "offers": [] if motion is None else offers.offers(state.folder, motion, source),
+        "plays": [] if cast is None else _plays(state, cast),
+        "made": made.shown(state),
         "formats": FORMATS,
     }
 
@@ -62,7 +63,8 @@ def shown(state: State) -> dict[str, Any]:
 
 def play(state: State, files: Files) -> State:
     """Let drawings play."""
-    found = [folder.inside(state.folder, file) for file in files]
+    files = offers.borrowed(state.folder, files)
+    found = [filenames.inside(state.folder, file) for file in files]
     cast = casts.played_by(found, _motion(state), state.cast)
     playing.learnt(_motion(state), cast)  # what cannot play is refused here, and not in every frame
     return replace(state, cast=replace(checked(cast), folder=state.folder))
@@ -81,7 +83,7 @@ def between(state: State, who: Name, how: Literal["rigid", "straight"]) -> State
 def background(state: State, what: Annotated[str, Meta(max_length=200)] = "") -> State:
     """Choose what is behind."""
     if what and not is_color(what):
-        what = str(folder.inside(state.folder, what).relative_to(state.folder.resolve()))
+        what = str(filenames.inside(state.folder, what).relative_to(state.folder.resolve()))
         what = str(Path(what) if _cast(state).folder == state.folder else state.folder / what)
     return _with(state, replace(_cast(state), background=what))
 
@@ -137,7 +139,7 @@ def unpin(state: State, number: Number) -> State:
 
 
 def load(state: State, name: Name, at: Number, data: Piece, last: bool = True) -> State:
-    """Load a file into the folder."""
+    """Load a drawing into the folder."""
     upload.put(state.folder, name, at, data, last)
     return state
 
@@ -162,6 +164,12 @@ def told(state: State) -> Seen:
         "solid": any(map(solids.is_solid, played.performance.roles)),
     }
     return Seen("application/json", msgspec.json.encode(said))
+
+
+def small(state: State, file: Name) -> Seen:
+    """A drawing as small as a list shows it."""
+    path = offers.drawing(file) or filenames.inside(state.folder, file)
+    return png(redraw.small(path, path.stat().st_mtime_ns))
 
 
 # --- work: long, in a process of its own ----------------------------------------------------------------------------
@@ -190,17 +198,21 @@ def proposed(state: State, cast: str) -> State:
     return replace(state, cast=made)
 
 
-def export(motion: str, cast: str, out: str, size: int | None) -> dict[str, Any]:
+def export(motion: str, cast: str, out: str, size: int | None, number: int) -> dict[str, Any]:
     """Write the performance into a file."""
+    from capture.motion import tracks
     from retarget.commands.lending import retarget
 
     said = retarget(Path(motion), Path(out), cast=Path(cast), size=size)
-    return {"said": said.replace(str(Path(motion).parent), Path(motion).parent.name)}
+    misfit = max(track.residual.max() for track in tracks.load(Path(motion)).tracks)
+    said = said.replace(str(Path(motion).parent), Path(motion).parent.name)
+    said = f"{said}; captured to within {misfit:.1f} px; {made.size_of(Path(out))}"
+    return {"said": said, "out": out, "number": number, "sentence": said}
 
 
 def _prepare_propose(state: State, files: Files, mirror: bool = False) -> dict[str, Any]:
-    found = [folder.inside(state.folder, file) for file in files]
     _motion(state)
+    found = [filenames.inside(state.folder, file) for file in offers.borrowed(state.folder, files)]
     out = state.folder / f"{found[0].stem}_keys"
     drawings = [str(file) for file in found]
     return {"motion": str(file_of(state, MOTION)), "drawings": drawings, "out": str(out), "mirror": mirror}
@@ -217,6 +229,7 @@ def _prepare_export(
         "cast": str(file_of(state, CAST)),
         "out": str(out_of(state, kind)),
         "size": size,
+        "number": number_of(state),
     }
 
 
@@ -227,7 +240,8 @@ def out_of(state: State, kind: str) -> Path:
     return file_of(state, f"-drawings{kind}" if kind.startswith("/") else f".retarget{kind}")
 
 
-def _exported(state: State) -> State:
+def _exported(state: State, out: str, number: int, sentence: str) -> State:
+    made.note(Path(out), sentence, number)
     return state
 
 
@@ -242,7 +256,7 @@ DESK = Desk(
         )
     }
     | stage_keys.ACTIONS,
-    looks={"frame": frame, "told": told, **stage_space.LOOKS, **stage_keys.LOOKS},
+    looks={"frame": frame, "told": told, "small": small, "made": made.piece, **stage_space.LOOKS, **stage_keys.LOOKS},
     work={
         "propose": Work(_prepare_propose, propose, proposed),
         "export": Work(_prepare_export, export, _exported),
@@ -264,9 +278,16 @@ def _motion_shown(motion: CartoonMotion) -> dict[str, Any]:
 
 
 def _cast_shown(cast: Cast) -> dict[str, Any]:
-    plain = asdict(cast)  # msgspec leaves out what came by default
-    plain.pop("folder")
+    plain = asdict(cast)  # msgspec leaves out what came by default from a file
+    del plain["folder"]
     for part in plain["parts"]:
         for key in part["keys"]:
             key["file"] = Path(key["drawing"] or part["drawing"]).name
     return plain
+
+
+def _plays(state: State, cast: Cast) -> list[str]:
+    """The files of the folder that the cast names."""
+    root = state.folder.resolve()
+    files = [file.resolve() for file in playing.files_of(replace(cast, background=""))]
+    return sorted({file.relative_to(root).as_posix() for file in files if file.is_relative_to(root)})

@@ -13,7 +13,7 @@ from capture.errors import InputError
 from capture.motion.tracks import CartoonMotion
 from retarget.characters.casts.castcheck import checked
 from retarget.characters.casts.castfile import Cast
-from retarget.workbench import casts, folder, pictures, playing
+from retarget.workbench import casts, filenames, pictures, playing
 from retarget.workbench.desks import Seen
 from retarget.workbench.playing import Played
 from retarget.workbench.state import State
@@ -67,7 +67,7 @@ def file_of_key(state: State, part: str, key: str) -> Path:
 
 def inside(state: State, cast: Cast, drawing: str) -> Path:
     """The file of a cast's drawing, which must lie in the folder."""
-    return folder.inside(state.folder, str((cast.folder / drawing).resolve()))
+    return filenames.inside(state.folder, str((cast.folder / drawing).resolve()))
 
 
 def number_of(state: State) -> int:

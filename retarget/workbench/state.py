@@ -7,16 +7,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from capture.errors import InputError
+from capture.fit import source
 from capture.motion import tracks
 from capture.motion.tracks import CartoonMotion
 from capture.pictures.shot import KeyDrawing, Part, Shot, read_shot, write_shot
 from mocap.posing.choreography import write_dance
 from mocap.posing.postures import write_pool
+from mocap.posing.stance import write_stance
 from retarget.characters.casts.castfile import Cast, read_cast, write_cast
-from retarget.workbench.figure import DANCE, POOL, Figure, figure_of
+from retarget.workbench.figure import DANCE, POOL, STANCE, Figure, figure_of, is_figure
 
 SHOT, MOTION, CAST = ".shot.toml", ".motion.json", ".cast.toml"
-DOCUMENTS = (SHOT, MOTION, CAST, POOL, DANCE)
+DOCUMENTS = (SHOT, MOTION, CAST, POOL, DANCE, STANCE)
 CLIPS = (".mp4", ".mkv", ".mov", ".webm", ".avi", ".gif", ".apng", ".png", ".webp")
 
 
@@ -28,7 +30,7 @@ class State:
     name: str = ""  # of the files; nothing is open without it
     shot: Shot | None = None
     motion: CartoonMotion | None = None
-    captured: Shot | None = None  # what the motion was captured from, where that is known
+    captured: Shot | None = None  # what the motion was captured from, as far as that is known
     cast: Cast | None = None
     figure: Figure | None = None
 
@@ -41,11 +43,11 @@ def file_of(state: State, kind: str) -> Path:
 def open_file(state: State, path: Path) -> State:
     """The state with this file open, and with it the others of its name; a clip begins a shot of its own."""
     kind = next((kind for kind in (SHOT, MOTION, CAST) if path.name.endswith(kind)), None)
-    if kind is None and not (path.is_dir() or path.suffix.lower() in (*CLIPS, ".bvh")):
-        raise InputError(f"{path.name} must be a clip, .bvh, {SHOT}, {MOTION} or {CAST}: choose another file")
+    if kind is None and is_figure(path):
+        return pose_file(State(path.parent), path.name)
+    if kind is None and not (path.is_dir() or path.suffix.lower() in CLIPS):
+        raise InputError(f"{path.name} must be a clip, a figure, {SHOT}, {MOTION} or {CAST}: choose another file")
     name = path.name.removesuffix(kind) if kind else path.stem
-    if path.suffix.lower() == ".bvh":
-        return State(path.parent, name, figure=figure_of(path.parent, path.name, name))
     fresh = State(path.parent, name)
     shot, motion, cast = (file_of(fresh, kind) for kind in (SHOT, MOTION, CAST))
     if kind is None and not shot.exists():
@@ -61,9 +63,15 @@ def open_file(state: State, path: Path) -> State:
         fresh,
         shot=opened,
         motion=found,
-        captured=opened if found is not None else None,
+        captured=None if found is None else source.shot_of(found) or opened,
         cast=read_cast(cast) if cast.exists() else None,
     )
+
+
+def pose_file(state: State, file: str) -> State:
+    """The state with a figure to pose open: of a .bvh, a model with a skin, a marked drawing, or one built in."""
+    name = file.removesuffix(".marks.toml") if file.lower().endswith(".marks.toml") else str(Path(file).with_suffix(""))
+    return State(state.folder, name, figure=figure_of(state.folder, file, name))
 
 
 def documents(state: State) -> dict[str, tuple[object, object]]:
@@ -77,4 +85,5 @@ def documents(state: State) -> dict[str, tuple[object, object]]:
         CAST: (state.cast, write_cast),
         POOL: (pool, write_pool),
         DANCE: (dance, write_dance),
+        STANCE: (None if figure is None else figure.stance, write_stance),
     }

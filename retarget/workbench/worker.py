@@ -11,6 +11,7 @@ from time import sleep
 from typing import Any
 
 GRACE = 1.5  # seconds from the end of the input to the interrupt
+LAST = 15.0  # seconds from there to the end, come what may: nobody else would end it when the workbench is gone
 
 
 def main() -> None:
@@ -42,6 +43,8 @@ def main() -> None:
         over.set()
         sleep(GRACE)  # compiled code takes an interrupt badly: first it may stop by itself
         _thread.interrupt_main()
+        sleep(LAST)
+        os._exit(130)
 
     asked = msgspec.json.decode(sys.stdin.buffer.readline())
     Thread(target=until_it_ends, daemon=True).start()

@@ -162,6 +162,15 @@ def test_from_a_folder_to_a_motion_by_hand(bench):
     assert worst[0] not in [key.frame for key in bench.session.state.shot.parts[0].keys]
     page.keyboard.press("f")
     wait(page, "tooncap.state.capture.stale")
+    (marked,) = page.evaluate("document.querySelector('canvas.strip').time.again")
+    assert marked["first"] <= worst[0] <= marked["last"]
+    again = page.get_by_role("button", name=re.compile(f"^Track again {marked['first']}.{marked['last']}$"))
+    assert "primary" in again.get_attribute("class")
+    page.keyboard.press("Enter")  # the key is for what stands out
+    page.wait_for_selector(".said.good:not([hidden])", timeout=60_000)
+    said = f"Tracked again: character in {marked['first']} to {marked['last']}."
+    assert page.inner_text(".said") == said and not page.evaluate("tooncap.state.capture.stale")
+    assert page.evaluate("document.querySelector('canvas.strip').time.again.length") == 0
 
 
 def test_a_dragged_point_is_kept_and_undone_by_the_keyboard(bench):
@@ -179,6 +188,19 @@ def test_a_dragged_point_is_kept_and_undone_by_the_keyboard(bench):
     page.keyboard.press("Control+Shift+z")
     wait(page, "tooncap.redo === ''")
     assert np.array_equal(bench.session.state.shot.parts[0].keys[0].outline, moved)
+
+
+def test_the_pivot_is_a_cross_that_can_be_dragged(bench):
+    page = bench()
+    outlined(page)
+    page.keyboard.press("End")
+    page.keyboard.press("p")  # it is told in the first key's frame
+    assert page.evaluate("document.querySelector('canvas.strip').time.frame") == 0
+    drag(page, (300, 200), (330, 260))
+    wait(page, "tooncap.state.capture.parts[0].pivot !== null && tooncap.idle()")
+    assert np.allclose(bench.session.state.shot.parts[0].pivot, (330, 260), atol=1.5)
+    page.keyboard.press("Control+z")
+    wait(page, "tooncap.state.capture.parts[0].pivot === null")
 
 
 def test_a_reload_loses_nothing(bench):
@@ -302,7 +324,8 @@ def test_an_empty_folder_says_what_to_do_first(flat_browser, tmp_path):
     page = flat_browser.new_page()
     page.goto(serving.address)
     page.get_by_role("button", name="Try it on the built-in frog").wait_for()
-    assert "Put an mp4" in page.inner_text(".card")
+    page.get_by_role("button", name="Open a clip…").wait_for()
+    assert "drop it here" in page.inner_text(".card")
     page.close()
     serving.stop()
 

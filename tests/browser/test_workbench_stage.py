@@ -36,11 +36,13 @@ SEEN = """async () => {
 @pytest.fixture
 def bench(browser, tmp_path):
     """A page of a workbench in a folder with the frog's motion and the bunny's drawings."""
-    tracks.save(write.motion_of(frog.frog()), tmp_path / "hop.motion.json")
+    folder = tmp_path / "work"
+    folder.mkdir()
+    tracks.save(write.motion_of(frog.frog()), folder / "hop.motion.json")
     for file in write.write_characters(tmp_path / "all"):
         if file.stem.startswith("bunny"):
-            shutil.copy(file, tmp_path)
-    serving = server.start(Session(tmp_path, "hop.motion.json"))
+            shutil.copy(file, folder)
+    serving = server.start(Session(folder, "hop.motion.json"))
     context = browser.new_context(viewport={"width": 1280, "height": 720})
     page, told = context.new_page(), []
     page.on("pageerror", lambda error: told.append(str(error)))
@@ -49,7 +51,7 @@ def bench(browser, tmp_path):
     page.on("request", lambda request: None if ours.match(request.url) else told.append(request.url))
     page.goto(serving.address)
     page.wait_for_selector(".choices")
-    page.session, page.folder = serving.session, tmp_path
+    page.session, page.folder = serving.session, folder
     yield page
     context.close()
     serving.stop()

@@ -233,3 +233,16 @@ def test_the_ways_of_a_long_curl_go_on_beyond_half_a_turn():
 
 def _centred(shapes):
     return shapes - shapes.mean(axis=1, keepdims=True)
+
+
+def test_a_point_of_collapsed_faces_alone_goes_with_its_place_and_disturbs_nobody():
+    points, faces = strip(9, 3)
+    bent = curled(points, 1.0)
+    lone = len(points)  # on a side of the first face, in both keys: the face with it is flat
+    flat = np.array([faces[0, 0], faces[0, 1], lone])
+    start, end = (np.vstack([key, key[faces[0, :2]].mean(axis=0)]) for key in (points, bent))
+    without = between(points, bent, faces, 0.0, 0.4, 1.0)
+    shapes = between(start, end, np.vstack([faces, flat]), 0.0, 0.4, 1.0)
+    assert np.allclose(shapes[:, :lone], without, atol=1e-6)
+    s = np.array([0.0, 0.4, 1.0])[:, None]
+    assert np.allclose(shapes[:, lone], (1 - s) * start[lone] + s * end[lone], atol=1e-6)

@@ -19,7 +19,7 @@ def pictures(toon: Toon, stop: int | None = None) -> np.ndarray:
 
 def barred(toon: Toon, start: int, stop: int, share: float = 0.2) -> np.ndarray:
     """The cartoon with an upright bar, a share of the part wide, that goes with it and across it from side to side."""
-    frames = pictures(toon)
+    frames = pictures(toon, min(stop + 12, len(toon)))
     for t in range(start, stop):
         low, high = toon.parts[0].points[t, :, 0].min(), toon.parts[0].points[t, :, 0].max()
         middle, half = low + (t - start) / (stop - 1 - start) * (high - low), 0.5 * share * (high - low)
@@ -51,7 +51,7 @@ def test_a_bar_over_a_fifth_of_the_part_does_not_drag_it_along(draw, start):
 @pytest.mark.parametrize("draw", [ball.ball, frog.frog])
 def test_a_part_that_was_away_for_six_frames_is_found_elsewhere(draw):
     toon = draw(busy=True)
-    frames = pictures(toon)
+    frames = pictures(toon, 48)
     frames[20:26] = toon.background
     motion = captured(toon, frames)
     part = toon.parts[0]

@@ -207,8 +207,53 @@ def test_when_all_frames_are_done_nothing_is_looked_at_again(tracker, tmp_path, 
 )
 def test_the_bar_counts_the_frames_of_both_ways(tracker, way, key_frames, totals):
     tracker.way = {"box": way}
-    learnt, keys = [part()], [{t: standing(way[t]) for t in key_frames}]
-    state = passes.beginning(learnt, keys, 12)
-    seen = [state, *passes._onward(learnt, keys, counting_clip(12), state)]
-    assert {after.done + passes._ahead(keys, after) for after in seen} == totals
+    learnt, tasks = [part()], passes.tasks_of([{t: standing(way[t]) for t in key_frames}], 12)
+    state = passes.beginning(tasks, 12)
+    seen = [state, *passes._onward(learnt, tasks, counting_clip(12), state)]
+    assert {after.done + passes._ahead(tasks, after) for after in seen} == totals
     assert seen[-1].done == max(totals)
+
+
+def captured_before(way: np.ndarray, ways: tuple, sure: set) -> passes.Before:
+    """What a capture found of a part, all of it but the frames of some ways."""
+    poses = tables.empty(len(way), standing(0.0))
+    for t, x in enumerate(way):
+        tables.put(poses, t, standing(x, visible=bool(np.isfinite(x))))
+    for a, b in ways:
+        poses.known[[t for t in range(a, b + 1) if t not in sure]] = False
+    return passes.Before(poses, ways, frozenset(sure))
+
+
+def test_again_only_the_ways_are_gone_through_and_start_and_end_where_it_was_captured(tracker):
+    tracker.way = {"box": 3.0 * np.arange(20), "hat": np.full(20, 50.0)}
+    old = [captured_before(tracker.way["box"] - 0.25, ((4, 9), (9, 12)), {4, 9, 12}),
+           captured_before(tracker.way["hat"], (), set())]  # fmt: skip
+    keys = [{t: standing(3.0 * t) for t in (4, 6, 9, 10, 12)}, {0: standing(50.0)}]
+    learnt = [part("box"), part("hat")]
+    state = passes.go_through(learnt, keys, counting_clip(20), before=old)
+    assert asked_frames(tracker) == [*range(4, 13)]
+    assert all(set(seen) == {"box", "hat"} for _, seen in tracker.asked)
+    assert all(seen["hat"].drawn is not None for _, seen in tracker.asked)  # it stands, and is not looked for
+    poses = meet.joined(learnt[0], state.forward[0], state.backward[0])
+    shown = poses.columns["placed"][:, 0, 2] - tracker.way["box"]
+    assert np.array_equal(shown, np.where(np.isin(np.arange(20), (5, 6, 7, 8, 10, 11)), 0, -0.25))
+
+
+def test_again_what_arrives_astray_is_looked_for_from_the_captured_pose_behind_it(tracker):
+    way = np.where(np.arange(20) < 9, 0.0, 300.0)
+    tracker.way = {"box": way}
+    old = captured_before(way, ((3, 14),), {3, 14})
+    state = passes.go_through([part()], [{3: standing(0.0), 6: standing(0.0)}], counting_clip(20), before=[old])
+    assert asked_frames(tracker) == [*range(3, 15), 14, *range(14, 6, -1)]
+    poses = meet.joined(part(), state.forward[0], state.backward[0])
+    assert np.array_equal(poses.columns["placed"][:, 0, 2], way) and poses.columns["visible"].all()
+
+
+def test_again_before_the_first_key_it_is_looked_for_backwards_to_the_clip_s_begin(tracker):
+    way = 3.0 * np.arange(12)
+    tracker.way = {"box": way}
+    old = captured_before(way, ((0, 7),), {7})
+    state = passes.go_through([part()], [{3: standing(9.0), 9: standing(27.0)}], counting_clip(12), before=[old])
+    assert asked_frames(tracker) == [*range(3, 8), *range(3, -1, -1)]
+    poses = meet.joined(part(), state.forward[0], state.backward[0])
+    assert np.array_equal(poses.columns["placed"][:, 0, 2], way)

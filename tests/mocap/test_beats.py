@@ -175,3 +175,29 @@ def test_what_is_no_music_is_refused(tmp_path):
         beats.heard(np.ones(RATE), RATE)
     with pytest.raises(InputError, match="40 to 240"):
         beats.steady(1000, 3)
+
+
+def test_twice_as_many_beats_are_half_as_far_apart():
+    music = beats.steady(60, 5.0)
+    twice = beats.doubled(music)
+    assert twice.bpm == 120 and np.allclose(np.diff(twice.times), 0.5)
+    assert beats.halved(twice).times.tolist() == music.times.tolist()
+
+
+@pytest.mark.parametrize("suffix", [".flac", ".mp3", ".m4a"])
+def test_beats_are_heard_in_other_recordings_than_wav_files(tmp_path, suffix):
+    import av
+
+    sound = clicks(100, 8.0).astype(np.float32)
+    with av.open(str(tmp_path / f"a{suffix}"), "w") as file:
+        codec = {".flac": "flac", ".mp3": "libmp3lame", ".m4a": "aac"}[suffix]
+        track = file.add_stream(codec, rate=RATE, layout="mono")
+        resampler = av.AudioResampler(format=track.format, layout=track.layout, rate=RATE, frame_size=1024)
+        frame = av.AudioFrame.from_ndarray(sound[None], format="fltp", layout="mono")
+        frame.sample_rate, frame.pts = RATE, 0
+        for ready in [*resampler.resample(frame), *resampler.resample(None)]:
+            file.mux(track.encode(ready))
+        file.mux(track.encode(None))
+    found = beats.read_beats(tmp_path / f"a{suffix}")
+    assert found.bpm == pytest.approx(100, rel=0.02)
+    assert found.seconds == pytest.approx(8.0, abs=0.2)

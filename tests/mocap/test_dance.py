@@ -207,3 +207,16 @@ def test_minutes_of_dance_take_seconds():
     start = time.thread_time()
     danced(HUMAN, pool, invented(pool, HUMAN, 240), music, rest=rest)
     assert time.thread_time() - start < 6
+
+
+def test_a_stretch_of_a_dance_is_that_stretch_of_the_whole():
+    rest = standing(HUMAN)
+    pool = starting_pool(HUMAN, rest)
+    dance = invented(pool, HUMAN, 16, 3, rest)
+    whole = danced(HUMAN, pool, dance, MUSIC, rest=rest)
+    some = danced(HUMAN, pool, dance, MUSIC, rest=rest, between=(2.0, 5.0))
+    assert len(some) == 72
+    apart = np.linalg.norm(some.positions()[8:-8] - whole.positions()[56:112], axis=-1)
+    assert apart.max() < 0.03
+    with pytest.raises(InputError, match="some of its 8 s"):
+        danced(HUMAN, pool, dance, MUSIC, rest=rest, between=(9.0, 10.0))

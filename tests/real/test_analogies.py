@@ -1,6 +1,7 @@
 """Analogies of real motion capture: the laws, the paper's four experiments, other skeletons; sheets to look at."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,7 @@ PAIRS = [
 @pytest.fixture(scope="module")
 def read(data: Path):
     """Reads a motion by its name, upright and in metres."""
-    return lambda name: upright(read_bvh(data / "bvh" / f"{name}.bvh"))
+    return cache(lambda name: upright(read_bvh(data / "bvh" / f"{name}.bvh")))
 
 
 @pytest.mark.parametrize(("first", "second"), PAIRS)
@@ -43,8 +44,9 @@ def test_b_that_is_a_becomes_a2(read, first: str, second: str):
 
     one, two = read(first), read(second)
     made = analogy(one, two, one, Knobs(slope=4))
-    told, start = curving.of_skeleton(lent(two, one)[0])
-    goal = curving.to_skeleton(curving.at_rate(told, one.fps), start, lent(two, one)[0])
+    asked = lent(two, one)[0]
+    told, start = curving.of_skeleton(asked)
+    goal = curving.to_skeleton(curving.at_rate(told, one.fps), start, asked)
     print(f"\n{first} -> {second}: {experiments.apart(made, goal):.2f} deg, {len(made)} frames for {len(goal)}")
     assert abs(len(made) - len(goal)) <= 1
     assert experiments.apart(made, goal) <= 2.0

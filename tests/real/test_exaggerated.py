@@ -6,47 +6,18 @@ What the filter adds must be seen as animation, not as jitter: a captured curve 
 from pathlib import Path
 
 import numpy as np
-import pytest
 
-from capture.fit import video
-from capture.fit.contour import capture_points, outline_keys
-from capture.fit.suggest import suggest
-from capture.motion.tracks import CartoonMotion, check, track_of
+from capture.motion.tracks import CartoonMotion, check
 from capture.pictures import overlay
-from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_picture
-from capture.pictures.shot import KeyDrawing, Part, Shot
 from mocap.curves import cartoon_curves
 from retarget.characters.casts import cast as casting
 from retarget.stage import draw2d, footing, staging
 from retarget.stage.perform import perform
 
 
-@pytest.fixture(scope="module")
-def hat(data: Path) -> CartoonMotion:
-    part = Part("hat", (KeyDrawing("rest", 0),), box=(145, 8, 230, 140))
-    return video.capture(Shot(str(data / "clips" / "noto_snowman_hat" / "frames"), (part,), fps=30))
-
-
-@pytest.fixture(scope="module")
-def rabbit(data: Path) -> CartoonMotion:
-    """The body of the hopping rabbit, from the exact outlines that its file gives, on eight keys."""
-    folder = data / "clips" / "noto_rabbit_hop"
-    stored = np.load(folder / "gt.npz")["path/14:Body/0"]
-    at, into, out = np.moveaxis(stored, 1, 0)  # vertices, in-points, out-points
-    u = np.arange(5)[:, None] / 5
-    after, last = np.roll(at, -1, axis=1)[:, :, None], np.roll(into, -1, axis=1)[:, :, None]
-    outline = (1 - u) ** 3 * at[:, :, None] + 3 * (1 - u) ** 2 * u * out[:, :, None]
-    outline = (outline + 3 * (1 - u) * u**2 * last + u**3 * after).reshape(len(stored), -1, 2)
-    found = suggest(outline, 2.0, 8)
-    keyset, seen = outline_keys(outline, found.key_frames)
-    placed, weights = capture_points(seen, keyset)
-    clip = read_clip(folder / "frames", fps=30)
-    track = track_of("body", keyset, placed, weights, np.zeros(len(seen)), held=found.held)
-    return check(CartoonMotion((track,), (keyset,), np.asarray(clip.times), float(clip.fps), clip.size))
-
-
-def test_the_hat_jumps_farther_and_does_not_jitter(data: Path, hat: CartoonMotion, sheets: Path):
+def test_the_hat_jumps_farther_and_does_not_jitter(data: Path, snowman_hat: CartoonMotion, sheets: Path):
+    hat = snowman_hat
     ours = check(cartoon_curves.cartoon(hat, 1.0))
     was, now = _reach(hat), _reach(ours)
     print(

@@ -15,16 +15,9 @@ from retarget.stage.perform import perform
 
 
 @pytest.fixture(scope="module")
-def hop(data):
+def hop(rabbit_body):
     """The rabbit's body, captured from its outlines."""
-    stored = np.load(data / "clips" / "noto_rabbit_hop" / "gt.npz")["path/14:Body/0"]
-    at, into, out = np.moveaxis(stored, 1, 0)  # vertices, in-points, out-points
-    s = np.arange(5)[:, None] / 5
-    after, last = np.roll(at, -1, axis=1)[:, :, None], np.roll(into, -1, axis=1)[:, :, None]
-    curve = (1 - s) ** 3 * at[:, :, None] + 3 * (1 - s) ** 2 * s * out[:, :, None]
-    curve += 3 * (1 - s) * s**2 * last + s**3 * after
-    outlines = curve.reshape(len(stored), -1, 2)
-    return capture_outlines(outlines, suggest(outlines, 4.0, 4).key_frames, 30.0, (512, 512), "body")
+    return capture_outlines(rabbit_body, suggest(rabbit_body, 4.0, 4).key_frames, 30.0, (512, 512), "body")
 
 
 @pytest.mark.parametrize("name", ["Fox.glb", "MorphStressTest.gltf", "spot.obj"])

@@ -5,13 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture.fit.contour import capture_points, outline_keys
-from capture.fit.suggest import suggest
-from capture.motion import keys, tracks
+from capture.motion import keys
 from capture.motion.keys import KeySet
 from capture.motion.tracks import CartoonMotion
 from capture.pictures import overlay
-from capture.pictures.decode import read_clip
+from capture.pictures.clip import Clip
 from capture.pictures.encode import write_clip, write_picture
 from fixtures import frog
 from retarget.characters.drawings import drawing, paths
@@ -43,8 +41,10 @@ def test_the_frogs_keys_are_proposed_for_other_animals(data: Path, sheets: Path,
     _holds(found, drawn)
 
 
-def test_the_rabbits_keys_are_proposed_for_a_frog_that_hops_with_them(data: Path, sheets: Path):
-    motion = _rabbit(data)
+def test_the_rabbits_keys_are_proposed_for_a_frog_that_hops_with_them(
+    data: Path, rabbit: CartoonMotion, rabbit_clip: Clip, sheets: Path
+):
+    motion = rabbit
     drawn = _animal(data / "drawings" / "openclipart" / "red-eye_frog_mirko_maisc_01.svg", False)
     source: KeySet = motion.keyset("body")
     found = propose(drawn, source)
@@ -53,8 +53,7 @@ def test_the_rabbits_keys_are_proposed_for_a_frog_that_hops_with_them(data: Path
     _holds(found, drawn)
     hopping = drawing.drawing("body", source.names, [list(version) for version in found.versions])
     frames = list(draw2d.draw_frames(perform(motion, [hopping]), "#cfe2f3"))
-    clip = read_clip(data / "clips" / "noto_rabbit_hop" / "frames", fps=30)
-    pairs = list(overlay.side_by_side(zip(overlay.draw_over(clip, motion), frames)))
+    pairs = list(overlay.side_by_side(zip(overlay.draw_over(rabbit_clip, motion), frames)))
     write_picture(sheets / "propose_rabbit_frog_hops.png", overlay.contact_sheet(pairs[::2], columns=4, width=480))
     write_clip(sheets / "propose_rabbit_frog.mp4", pairs, motion.fps)
 
@@ -79,17 +78,3 @@ def _said(found: Proposal) -> str:
 def _animal(file: Path, looks_left: bool) -> list[DrawnPath]:
     drawn = read_svg(file)[0]
     return [paths.moved(path, MIRROR) for path in drawn] if looks_left else drawn
-
-
-def _rabbit(data: Path) -> CartoonMotion:
-    """The hopping rabbit's body, its outline known, captured with eight suggested keys."""
-    stored = np.load(data / "clips" / "noto_rabbit_hop" / "gt.npz")["path/14:Body/0"]
-    at, into, out = np.moveaxis(stored, 1, 0)  # vertices, in-points, out-points
-    s = np.arange(5)[:, None] / 5
-    after, last = np.roll(at, -1, axis=1)[:, :, None], np.roll(into, -1, axis=1)[:, :, None]
-    curve = (1 - s) ** 3 * at[:, :, None] + 3 * (1 - s) ** 2 * s * out[:, :, None]
-    body = (curve + 3 * (1 - s) * s**2 * last + s**3 * after).reshape(len(stored), -1, 2)
-    keyset, seen = outline_keys(body, suggest(body, 2.0, 8).key_frames)
-    placed, weights = capture_points(seen, keyset)
-    track = tracks.track_of("body", keyset, placed, weights, np.zeros(len(seen)))
-    return CartoonMotion((track,), (keyset,), np.arange(len(seen)) / 30, 30.0, (512, 512))

@@ -10,14 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture.fit.contour import capture_points, outline_keys
 from capture.fit.outlines import corresponding
-from capture.fit.suggest import Suggestion, suggest
-from capture.motion import affine, arap, keys, triangulate
-from capture.motion.tracks import CartoonMotion, Track, check
+from capture.fit.suggest import Suggestion
+from capture.motion import affine, arap, triangulate
+from capture.motion.tracks import CartoonMotion
 from capture.pictures import overlay
 from capture.pictures.clip import Clip
-from capture.pictures.decode import read_clip
 from capture.pictures.encode import write_clip, write_picture
 from retarget.characters.drawings import drawing, embed
 from retarget.characters.drawings.drawing import Drawing
@@ -26,43 +24,27 @@ from retarget.characters.figures.puppet import KeyPose, read_puppet
 from retarget.stage import draw2d, staging
 from retarget.stage.perform import perform
 
-RESIDUAL, KEYS = 2.0, 8  # 33 drawings of a whole hop, with legs that cross the body
+RESIDUAL = 2.0  # what `rabbit_keys` asks for
 
 
-@pytest.fixture(scope="module")
-def body(data: Path) -> np.ndarray:
-    """The body's outline (T, N, 2): its Bezier curves at the same parameters in every frame."""
-    stored = np.load(data / "clips" / "noto_rabbit_hop" / "gt.npz")["path/14:Body/0"]
-    at, into, out = np.moveaxis(stored, 1, 0)  # vertices, in-points, out-points
-    s = np.arange(5)[:, None] / 5
-    after, last = np.roll(at, -1, axis=1)[:, :, None], np.roll(into, -1, axis=1)[:, :, None]
-    curve = (1 - s) ** 3 * at[:, :, None] + 3 * (1 - s) ** 2 * s * out[:, :, None]
-    curve += 3 * (1 - s) * s**2 * last + s**3 * after
-    return curve.reshape(len(stored), -1, 2)
+@pytest.fixture
+def body(rabbit_body: np.ndarray) -> np.ndarray:
+    return rabbit_body
 
 
-@pytest.fixture(scope="module")
-def found(body: np.ndarray) -> Suggestion:
-    return suggest(body, RESIDUAL, KEYS)
+@pytest.fixture
+def found(rabbit_keys: Suggestion) -> Suggestion:
+    return rabbit_keys
 
 
-@pytest.fixture(scope="module")
-def clip(data: Path) -> Clip:
-    return read_clip(data / "clips" / "noto_rabbit_hop" / "frames", fps=30)
+@pytest.fixture
+def clip(rabbit_clip: Clip) -> Clip:
+    return rabbit_clip
 
 
-@pytest.fixture(scope="module")
-def motion(body: np.ndarray, found: Suggestion, clip: Clip) -> CartoonMotion:
-    keyset, seen = outline_keys(body, found.key_frames)
-    placed, weights = capture_points(seen, keyset)
-    pivot, count = keyset.points[0].mean(axis=0), len(seen)
-    shape = np.tensordot(weights, keys.shapes(keyset), axes=1)
-    off = np.sqrt(((affine.apply(placed, shape) - seen) ** 2).sum(axis=-1).mean(axis=-1))
-    track = Track(
-        "body", "", pivot, keyset.names, keyset.rows, affine.from_about(placed, pivot), weights, off,
-        np.ones(count, bool), found.held, np.zeros(count, int),
-    )  # fmt: skip
-    return check(CartoonMotion((track,), (keyset,), np.asarray(clip.times), float(clip.fps), clip.size))
+@pytest.fixture
+def motion(rabbit: CartoonMotion) -> CartoonMotion:
+    return rabbit
 
 
 def test_eight_keys_span_the_hop(found: Suggestion, body: np.ndarray):

@@ -3,12 +3,14 @@
 The user's part is one outline of the head and eight of the body; everything else is seen in the pictures.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from capture.fit import suggest, video
+from capture.fit import video
+from capture.fit.suggest import Suggestion
 from capture.motion.tracks import CartoonMotion
 from capture.pictures import matte, overlay
 from capture.pictures.clip import Clip
@@ -17,19 +19,13 @@ from capture.pictures.shot import KeyDrawing, Part, Shot
 
 
 @pytest.fixture(scope="module")
-def head(data: Path) -> np.ndarray:
-    return _curve(data, "path/6:Head/0")
+def head(rabbit_curve: Callable[[str], np.ndarray]) -> np.ndarray:
+    return rabbit_curve("path/6:Head/0")
 
 
 @pytest.fixture(scope="module")
-def body(data: Path) -> np.ndarray:
-    return _curve(data, "path/14:Body/0")
-
-
-@pytest.fixture(scope="module")
-def shot(data: Path, head: np.ndarray, body: np.ndarray) -> Shot:
-    drawn = suggest.suggest(body, 2.0, 8).key_frames
-    keys = tuple(KeyDrawing(f"pose {t}", int(t), _outline(body[t])) for t in drawn)
+def shot(data: Path, head: np.ndarray, rabbit_body: np.ndarray, rabbit_keys: Suggestion) -> Shot:
+    keys = tuple(KeyDrawing(f"pose {t}", int(t), _outline(rabbit_body[t])) for t in rabbit_keys.key_frames)
     parts = (
         Part("body", keys, order=0),
         Part("head", (KeyDrawing("rest", 0, _outline(head[0])),), parent="body", order=1),
@@ -56,8 +52,8 @@ def test_the_head_is_followed_to_a_pixel(motion: CartoonMotion, head: np.ndarray
     assert most <= 3.0
 
 
-def test_the_body_is_followed_beneath_the_head(motion: CartoonMotion, body: np.ndarray):
-    alike = [_overlap(motion.size, seen, true) for seen, true in zip(motion.outline("body"), body)]
+def test_the_body_is_followed_beneath_the_head(motion: CartoonMotion, rabbit_body: np.ndarray):
+    alike = [_overlap(motion.size, seen, true) for seen, true in zip(motion.outline("body"), rabbit_body)]
     print(f"\nrabbit's body in the video: overlap with the truth median {np.median(alike):.3f}, least {min(alike):.3f}")
     assert np.median(alike) >= 0.93
     assert min(alike) >= 0.8
@@ -67,17 +63,6 @@ def test_a_contact_sheet_is_left_to_look_at(clip: Clip, motion: CartoonMotion, s
     pictures = list(overlay.draw_over(clip, motion))
     assert len(pictures) == len(clip)
     write_picture(sheets / "rabbit_video.png", overlay.contact_sheet(pictures[::2], columns=5, width=300))
-
-
-def _curve(data: Path, path: str) -> np.ndarray:
-    """A path's Bezier curves at the same parameters in every frame (T, N, 2)."""
-    stored = np.load(data / "clips" / "noto_rabbit_hop" / "gt.npz")[path]
-    at, into, out = np.moveaxis(stored, 1, 0)  # vertices, in-points, out-points
-    s = np.arange(5)[:, None] / 5
-    after, last = np.roll(at, -1, axis=1)[:, :, None], np.roll(into, -1, axis=1)[:, :, None]
-    curve = (1 - s) ** 3 * at[:, :, None] + 3 * (1 - s) ** 2 * s * out[:, :, None]
-    curve += 3 * (1 - s) * s**2 * last + s**3 * after
-    return curve.reshape(len(stored), -1, 2)
 
 
 def _outline(points: np.ndarray) -> tuple[tuple[float, float], ...]:

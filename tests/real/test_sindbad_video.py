@@ -1,6 +1,6 @@
 """Sindbad's torso in the film itself (Fleischer 1936): arms pass before it, it turns, grain and a painted background.
 
-The user's part is eight outlines, here those of the colour masks in eight frames out of 103.
+The user's part is three outlines, here those of the colour masks in three frames out of 33.
 """
 
 from pathlib import Path
@@ -17,8 +17,8 @@ from capture.pictures.clip import Clip
 from capture.pictures.encode import write_picture
 from capture.pictures.shot import KeyDrawing, Part, Shot
 
-FIRST, STOP = 308, 411
-KEYS = (308, 320, 335, 348, 362, 376, 389, 402)  # every thirteen frames or so
+FIRST, STOP = 308, 341
+KEYS = (308, 320, 335)  # every thirteen frames or so
 EARLIEST = 300  # the number of the folder's first frame
 
 
@@ -48,14 +48,14 @@ def test_the_torso_is_followed_in_the_film(data: Path, motion: CartoonMotion):
         f"\nSindbad's torso in the film: overlap with the masks median {np.median(alike):.2f}, a tenth below "
         f"{np.percentile(alike, 10):.2f}, least {alike.min():.2f}; {np.sum(alike < 0.5)} frames below a half"
     )
-    assert np.median(alike) >= 0.75
-    assert np.percentile(alike, 10) >= 0.6
+    assert np.median(alike) >= 0.8
+    assert np.percentile(alike, 10) >= 0.7
 
 
 def test_a_contact_sheet_is_left_to_look_at(clip: Clip, motion: CartoonMotion, sheets: Path):
     pictures = list(overlay.draw_over(clip, motion, FIRST - EARLIEST))
     assert len(pictures) == STOP - FIRST
-    write_picture(sheets / "sindbad_video.png", overlay.contact_sheet(pictures[::4], columns=6, width=320))
+    write_picture(sheets / "sindbad_video.png", overlay.contact_sheet(pictures[::2], columns=6, width=320))
 
 
 def _mask(data: Path, frame: int) -> np.ndarray:

@@ -5,26 +5,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture.fit import video
 from capture.motion import affine
 from capture.motion.tracks import CartoonMotion
 from capture.pictures import overlay
 from capture.pictures.clip import Clip
 from capture.pictures.encode import write_clip, write_picture
-from capture.pictures.shot import KeyDrawing, Part, Shot
 from retarget.characters.casts import cast as casting
 from retarget.stage import draw2d
 from retarget.stage.perform import perform
 
 
-@pytest.fixture(scope="module")
-def clip(data: Path) -> Clip:
-    return video.open_clip(_shot(data))
+@pytest.fixture
+def clip(snowman_clip: Clip) -> Clip:
+    return snowman_clip
 
 
-@pytest.fixture(scope="module")
-def motion(data: Path, clip: Clip) -> CartoonMotion:
-    return video.capture(_shot(data), clip)
+@pytest.fixture
+def motion(snowman_hat: CartoonMotion) -> CartoonMotion:
+    return snowman_hat
 
 
 def test_the_hat_is_followed(data: Path, motion: CartoonMotion):
@@ -54,11 +52,6 @@ def test_a_contact_sheet_is_left_to_look_at(data: Path, clip: Clip, motion: Cart
     assert len(pairs) == len(clip)
     write_picture(sheets / "snowman_tophat.png", overlay.contact_sheet(pairs[::5], columns=4, width=480))
     write_clip(sheets / "snowman_tophat.mp4", pairs, motion.fps)
-
-
-def _shot(data: Path) -> Shot:
-    hat = Part("hat", (KeyDrawing("rest", 0),), box=(145, 8, 230, 140))
-    return Shot(str(data / "clips" / "noto_snowman_hat" / "frames"), (hat,), fps=30)
 
 
 def _crown(data: Path) -> np.ndarray:

@@ -8,8 +8,10 @@ import pytest
 
 from capture.errors import InputError
 from capture.fit import action
-from capture.motion import keys
-from fixtures import maps
+from capture.motion import keys, tracks
+from capture.pictures import contours
+from fixtures import broom, maps
+from retarget import cli
 from retarget.characters.drawings import bend
 from retarget.characters.drawings.paths import DrawnPath, Gradient, flatten
 from retarget.characters.target import REST
@@ -151,3 +153,11 @@ def test_a_mesh_that_is_no_line_or_a_line_of_no_length_is_refused(by_hand):
     for keyset, line in ((egg, rest), (ribbons, rest[:1]), (ribbons, rest * np.nan)):
         with pytest.raises(InputError):
             bend.bent("line", keyset, drawn, line)
+
+
+def test_a_line_leaves_its_page_as_wide_after_it_as_before_it_for_who_is_wider(tmp_path):
+    lines = broom.broom().line[[0, 30, 71]]
+    contours.write_contours(contours.make(list(lines), False, 8.0), tmp_path / "line.json")
+    assert cli.main(["contour", str(tmp_path / "line.json"), "-o", str(tmp_path / "a.motion.json")]) == 0
+    (low, _), (high, _) = lines.min(axis=(0, 1)), lines.max(axis=(0, 1))
+    assert abs(tracks.load(tmp_path / "a.motion.json").size[0] - (high + low)) <= 2

@@ -12,7 +12,8 @@ from capture.motion.tracks import CartoonMotion, track_of
 from retarget.characters.bodies.body import Limb, body
 from retarget.characters.bodies.shares import shares_by_lines
 from retarget.characters.casts.cast import cast_of, targets
-from retarget.characters.casts.castfile import Cast, CastBody, CastKeep, CastLimb, read_cast, write_cast
+from retarget.characters.casts.castfile import read_cast, write_cast
+from retarget.characters.casts.castlist import Cast, CastBody, CastKeep, CastLimb
 from retarget.characters.drawings.drawing import outline_drawing
 from retarget.commands.lending import retarget
 from retarget.stage import staging

@@ -11,7 +11,8 @@ from PIL import Image
 from capture.errors import InputError
 from capture.motion import affine
 from retarget.characters.casts.cast import backdrop, cast_of, targets
-from retarget.characters.casts.castfile import Cast, CastKeep, CastKey, CastPart, read_cast, write_cast
+from retarget.characters.casts.castfile import read_cast, write_cast
+from retarget.characters.casts.castlist import Cast, CastKeep, CastKey, CastPart
 from retarget.characters.models import lift
 from retarget.stage.draw2d import draw
 from retarget.stage.perform import perform

@@ -9,7 +9,8 @@ import pytest
 from capture.errors import InputError
 from capture.motion import affine, keys, tracks
 from capture.motion.tracks import CartoonMotion, track_of
-from retarget.characters.casts.castfile import Cast, CastKeep, CastPart, read_cast
+from retarget.characters.casts.castfile import read_cast
+from retarget.characters.casts.castlist import Cast, CastKeep, CastPart
 from retarget.characters.drawings.drawing import outline_drawing
 from retarget.commands.lending import retarget
 from retarget.stage import staging

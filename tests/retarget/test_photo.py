@@ -9,6 +9,7 @@ from capture.motion import affine, keys, tracks
 from capture.pictures.decode import read_clip
 from retarget.characters.casts import cast as casting
 from retarget.characters.casts import castfile
+from retarget.characters.casts.castlist import Cast, CastPart
 from retarget.characters.photos import photo
 from retarget.characters.photos.picture import outline_of, read_picture
 from retarget.characters.proposed.carried import carried_outline
@@ -130,7 +131,7 @@ def test_one_photograph_without_outlines_plays_all_keys(plum_file, by_hand, tmp_
 
     motion = by_hand.motion(by_hand.still(3), [[1, 0], [0.5, 0.5], [0, 1]])
     chosen = casting.cast_of(plum_file, motion)
-    chosen = castfile.Cast((castfile.CastPart("egg", chosen.parts[0].keys, str(plum_file), box=(75, 30, 150, 140)),))
+    chosen = Cast((CastPart("egg", chosen.parts[0].keys, str(plum_file), box=(75, 30, 150, 140)),))
     castfile.write_cast(chosen, tmp_path / "plum.cast.toml")
     assert castfile.read_cast(tmp_path / "plum.cast.toml").parts[0].box == (75, 30, 150, 140)
     performance = perform(motion, casting.targets(chosen, motion))

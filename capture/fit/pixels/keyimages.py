@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from capture.fit.pixels.layer import Layer
 from capture.motion import affine, keys
 from capture.motion.keys import KeySet
+from capture.progress import progress
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +82,7 @@ def row_layers(drawn: list[Layer], keyset: KeySet, shapes: NDArray, grid: Grid, 
     step = 2**finest
     small = Grid(np.zeros(2, int), tuple(-(-side // step) for side in grid.shape))
     layers = []
-    for number, shape in enumerate(shapes):
+    for number, shape in enumerate(progress(shapes, "learning the keys", len(shapes))):
         place = mesh_map((shape - grid.origin) / step, keyset.faces, small)
         place = MeshMap(place.corners, place.shares, step * place.beyond)
         used = np.flatnonzero(amount[number] > 0)

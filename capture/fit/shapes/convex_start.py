@@ -8,10 +8,16 @@ its columns span; what of a shape lies outside of that space no map can explain.
 is one small convex problem a frame, and exact where the tracked points are an affine map of a mix.
 """
 
+from collections.abc import Iterator
+from itertools import groupby
+
 import numpy as np
 from numpy.typing import NDArray
 
 from capture.fit.shapes.weights import supports
+
+AT_ONCE = 4096
+"""Small problems that are solved together: each alone would spend its time in calls."""
 
 
 def convex_start(
@@ -29,24 +35,35 @@ def convex_start(
     gram = flat @ flat.T - explained @ explained.swapaxes(1, 2)  # (T, D, D): what no map explains
     best, weights = np.full(frames, np.inf), np.zeros((frames, count))
     slack = 1e-9 * np.trace(flat @ flat.T) / count
-    for support in supports(rows):
-        found, gap = _least(gram[:, support][:, :, support], bounds)
-        gap = (np.maximum(gap, 0) + slack) * 1.02 ** (2 * len(support))  # of equals the simpler
-        better = gap < best
-        best[better] = gap[better]
-        weights[better] = 0
-        weights[np.ix_(better, support)] = found[better]
+    for tried in _blocks(supports(rows), max(AT_ONCE // frames, 1)):
+        some, size = tried.shape
+        chosen = gram[:, tried[:, :, None], tried[:, None, :]].reshape(-1, size, size)
+        found, gap = (one.reshape(frames, some, *one.shape[1:]) for one in _least(chosen, bounds))
+        gap = (np.maximum(gap, 0) + slack) * 1.02 ** (2 * size)  # of equals the simpler
+        least = gap.argmin(axis=1)
+        frame = np.flatnonzero(gap[np.arange(frames), least] < best)
+        least = least[frame]
+        best[frame] = gap[frame, least]
+        weights[frame] = 0
+        weights[frame[:, None], tried[least]] = found[frame, least]
     return weights
 
 
+def _blocks(tried: list[list[int]], most: int) -> Iterator[NDArray]:
+    """Supports (C, J) of one size each, the smallest first, `most` at a time."""
+    for _, alike in groupby(sorted(tried, key=len), key=len):
+        block = np.array(list(alike))
+        yield from (block[first : first + most] for first in range(0, len(block), most))
+
+
 def _least(gram: NDArray, bounds: tuple[float, float]) -> tuple[NDArray, NDArray]:
-    """Weights (T, J) with sum 1 and within the bounds that make w' G w least for gram (T, J, J), and its value."""
-    frames, size = gram.shape[:2]
+    """Weights (M, J) with sum 1 and within the bounds that make w' G w least for gram (M, J, J), and its value."""
+    many, size = gram.shape[:2]
     low, high = bounds
-    best, weights = np.full(frames, np.inf), np.zeros((frames, size))
+    best, weights = np.full(many, np.inf), np.zeros((many, size))
     for state in np.ndindex(*(3,) * size):  # each weight free, at its lower bound or at its upper
         free = [n for n in range(size) if state[n] == 0]
-        found = np.tile([0.0 if s == 0 else (low if s == 1 else high) for s in state], (frames, 1))
+        found = np.tile([0.0 if s == 0 else (low if s == 1 else high) for s in state], (many, 1))
         left = 1 - found.sum(axis=1)
         if not free and abs(left[0]) > 1e-9:
             continue

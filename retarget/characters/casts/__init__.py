@@ -1,4 +1,5 @@
 """Who plays what.
 
-Read `castfile` (what a cast says) with `castcheck`, `cast` (it becomes targets) and `backdrop`.
+Read `castlist` (its records), `castfile` (what it says) with `castcheck`, `cast` (it becomes targets) and
+`backdrop`.
 """

@@ -13,7 +13,8 @@ from capture.motion.tracks import CartoonMotion, Track
 from capture.pictures.clip import Clip
 from retarget.characters.bodies.body import Body, Limb, body
 from retarget.characters.casts.backdrop import is_color, read_background
-from retarget.characters.casts.castfile import BEND, BETWEEN, DEPTHS, Cast, CastBody, CastKey, CastLimb, CastPart
+from retarget.characters.casts.castcheck import BEND, BETWEEN, DEPTHS
+from retarget.characters.casts.castlist import Cast, CastBody, CastKey, CastLimb, CastPart
 from retarget.characters.drawings.bend import read_bent
 from retarget.characters.drawings.drawing import read_drawing
 from retarget.characters.figures.puppet import KeyPose, read_puppet

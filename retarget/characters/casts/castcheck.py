@@ -1,17 +1,14 @@
 """What a cast may say: the words it may use, and what must hold of its fields."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from capture.errors import InputError
 from capture.motion import keys
+from retarget.characters.casts.castlist import Cast, CastBody, CastKeep, CastPart
 from retarget.characters.models import lift
 from retarget.characters.models.meshfiles import MODELS
-
-if TYPE_CHECKING:
-    from retarget.characters.casts.castfile import Cast, CastBody, CastKeep, CastPart
 
 BEND = "bend"
 BETWEEN = {"rigid": keys.rigid, "straight": keys.straight}
@@ -19,7 +16,7 @@ TALLEST = 1000.0  # times the source's height
 DEPTHS = {"kept": lift.kept, "even": lift.even, "volume": lift.keeping_volume}
 
 
-def checked(cast: "Cast") -> "Cast":
+def checked(cast: Cast) -> Cast:
     """The cast itself; what is impossible in it is refused by its name."""
     if cast.follow and (len(cast.follow) < 2 or not np.isfinite(cast.follow).all()):
         raise InputError(f"follow must be a path of 2 or more points [x, y] of the stage, it has {len(cast.follow)}")
@@ -50,7 +47,7 @@ def checked(cast: "Cast") -> "Cast":
     return cast
 
 
-def _check_body(body: "CastBody") -> None:
+def _check_body(body: CastBody) -> None:
     said = f"body {body.drawing!r}"
     if not body.drawing:
         raise InputError('a body must have a drawing: add drawing = "file.svg"')
@@ -72,7 +69,7 @@ def _check_body(body: "CastBody") -> None:
             raise InputError(f"{said}: points of part {limb.name!r} must be finite numbers")
 
 
-def _check_keep(keep: "CastKeep", cast: "Cast") -> None:
+def _check_keep(keep: CastKeep, cast: Cast) -> None:
     played = [part.name for part in (*cast.parts, *(limb for body in cast.bodies for limb in body.parts))]
     anybody = any(not body.parts for body in cast.bodies)
     said = f"keep of part {keep.part!r}"
@@ -92,7 +89,7 @@ def _check_keep(keep: "CastKeep", cast: "Cast") -> None:
         raise InputError(f"{said}: stretch must be 0 or more, a share of the leg's length, it is {keep.stretch}")
 
 
-def _check_space(part: "CastPart") -> None:
+def _check_space(part: CastPart) -> None:
     """Fields that only a model has, and a pivot of as many numbers as the drawing has directions."""
     files = [key.drawing or part.drawing for key in part.keys] or [part.drawing]
     solid = any(Path(file).suffix.lower() in (*MODELS, ".bvh") for file in files)

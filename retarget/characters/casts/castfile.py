@@ -66,101 +66,15 @@ What is to stay in a place says so, and all but the part can be left out:
 import json
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 from capture.errors import InputError
 from capture.files import written_beside
 from retarget.characters.casts.backdrop import is_color
-from retarget.characters.casts.castcheck import BEND as BEND
-from retarget.characters.casts.castcheck import BETWEEN as BETWEEN
-from retarget.characters.casts.castcheck import DEPTHS as DEPTHS
 from retarget.characters.casts.castcheck import checked
-
-
-@dataclass(frozen=True)
-class CastKey:
-    """The drawing of one key; an outline, in its pixels, is for pictures, morph targets and poses are for models."""
-
-    name: str
-    drawing: str = ""
-    outline: tuple[tuple[float, float], ...] = ()
-    morphs: dict[str, float] = field(default_factory=dict)
-    animation: str = ""
-    time: float = 0.0
-    joints: dict[str, tuple[float, float, float]] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class CastPart:
-    """Who plays one part, and how."""
-
-    name: str
-    keys: tuple[CastKey, ...] = ()
-    drawing: str = ""
-    between: str = "rigid"
-    height: float = 1.0
-    pivot: tuple[float, ...] | None = None
-    box: tuple[float, float, float, float] | None = None
-    plane: str | tuple[float, float, float] = "xy"
-    depth: str = "kept"
-    distance: float | None = None
-    carried: bool = False
-    order: int | None = None
-
-
-@dataclass(frozen=True)
-class CastLimb:
-    """Where a part is on a body's one drawing."""
-
-    name: str
-    line: tuple[tuple[float, float], ...] = ()
-    region: tuple[tuple[float, float], ...] = ()
-    pivot: tuple[float, float] | None = None
-    elements: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class CastBody:
-    """One drawing that plays several parts; all of the motion's without any."""
-
-    drawing: str
-    parts: tuple[CastLimb, ...] = ()
-    between: str = "rigid"
-    height: float = 1.0
-    seam: float | None = None
-    frame: int | None = None
-    turned: bool = False
-    box: tuple[float, float, float, float] | None = None
-    plane: str | tuple[float, float, float] = "xy"
-    depth: str = "kept"
-    order: int | None = None
-
-
-@dataclass(frozen=True)
-class CastKeep:
-    """A point of a part that stays in a place."""
-
-    part: str
-    frames: tuple[int, int] | None = None
-    point: tuple[float, ...] = ()
-    at: tuple[float, float] | None = None
-    bend: tuple[str, ...] | None = None
-    stretch: float = 0.0
-
-
-@dataclass(frozen=True)
-class Cast:
-    """The characters of a performance; drawings are found from `folder`."""
-
-    parts: tuple[CastPart, ...] = ()
-    background: str = ""
-    folder: Path = field(default=Path(), compare=False)
-    ground: bool = True
-    follow: tuple[tuple[float, float], ...] = ()
-    keep: tuple[CastKeep, ...] = ()
-    bodies: tuple[CastBody, ...] = ()
+from retarget.characters.casts.castlist import Cast, CastBody, CastKeep, CastKey, CastLimb, CastPart
 
 
 def read_cast(path: str | Path) -> Cast:

@@ -14,7 +14,7 @@ from capture.motion import affine
 from capture.motion.tracks import CartoonMotion
 from retarget.characters.casts import castfile
 from retarget.characters.casts.cast import PICTURES
-from retarget.characters.casts.castfile import CastKey, CastPart
+from retarget.characters.casts.castlist import Cast, CastKey, CastPart
 from retarget.characters.drawings import paths
 from retarget.characters.drawings.embed import silhouette_of
 from retarget.characters.drawings.paths import DrawnPath
@@ -130,7 +130,7 @@ def write(
     if cast.exists() and not again:
         kept.append(cast)
     else:
-        castfile.write_cast(castfile.Cast(tuple(parts), folder=folder), cast)
+        castfile.write_cast(Cast(tuple(parts), folder=folder), cast)
         written.append(cast)
     return written, kept
 

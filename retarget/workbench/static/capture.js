@@ -1,6 +1,7 @@
 // The capture desk: tell the parts, choose and correct their keys, capture, and look where it is worst.
-import { PART_COLORS, button, fill, make, slider } from "./dom.js";
+import { PART_COLORS, button, fill, make, place, slider } from "./dom.js";
 import { makeFrames } from "./frames.js";
+import { key, ownKey, press } from "./keys.js";
 import { makeTimeline } from "./timeline.js";
 import { makeTools } from "./tools.js";
 import { makeView, paintDots, paintLine } from "./view.js";
@@ -16,8 +17,9 @@ export function mount(el, bench) {
   const rail = make("div.rail", { role: "toolbar", "aria-label": "Tools" });
   el.append(rail, stage, side, below);
   const view = makeView(picture);
+  place(view.canvas, "The clip");
   const frames = makeFrames(bench);
-  const desk = { part: "", point: -1, reach: 24, residual: 1, most: 8, moved: null, matte: null, showsMatte: true };
+  const desk = { part: "", point: -1, reach: 24, residual: 1, most: 8, moved: null, pivot: null, matte: null, showsMatte: true, refined: false };
   const captured = new Map(); // part -> {number, shape, points}
   const time = makeTimeline(below, { went: show, keyChosen: ({ frame, part }) => (choosePart(part), time.go(frame)) });
 
@@ -34,9 +36,12 @@ export function mount(el, bench) {
   const colorOf = (name) => PART_COLORS[Math.max(parts().findIndex((one) => one.name === name), 0) % PART_COLORS.length];
   const keyHere = () => part()?.keys.find(({ frame, outline }) => frame === time.frame && outline.length);
   const isTold = (one) => one.keys[0].outline.length || one.box || one.color || one.inside.length;
+  const isMended = () => Boolean(now().motion && now().again && !now().again.whole);
   const act = (name, fields, options) => bench.act(`capture.${name}`, { part: part()?.name, ...fields }, options);
 
-  const tools = makeTools(rail, view, { bench, desk, act, time, keyHere, part });
+  const tools = makeTools(rail, view, { bench, desk, act, time, keyHere, part, changed: () => explain() });
+
+  desk.toolChanged = explain;
 
   // Pictures.
 
@@ -44,6 +49,7 @@ export function mount(el, bench) {
     if (!now().clip) return;
     const bitmap = frames.want(time.frame);
     if (bitmap) [view.picture, view.frame] = [bitmap, time.frame];
+    place(view.canvas, `The clip, frame ${time.frame}`);
     view.draw();
     explain();
     paintKeys();
@@ -140,18 +146,24 @@ export function mount(el, bench) {
   // Words.
 
   function explain() {
+    if (!now().clip) return;
     const one = part();
     const motion = now().motion;
     let text = "";
-    if (bench.running === "capture.capture") text = "Capturing. You may go on looking; what you change now counts next time.";
+    if (["capture.capture", "capture.again"].includes(bench.running)) text = "Capturing. You may go on looking; what you change now counts next time.";
+    else if (tools.boxed.open) text = tools.boxed.hint();
+    else if (tools.handles.open) text = `Point ${tools.handles.number()} of ${keyHere()?.outline.length ?? 0}. ${tools.handles.hint()}`;
     else if (!one || !isTold(one)) text = `Drag a box round ${one ? `the ${one.name}` : "a part"}, in a frame where it is seen whole.`;
     else if (bench.running === "capture.suggest") text = `Following the ${one.name} through the clip, to choose its keys.`;
     else if (!desk.matte && matteOf) text = "Looking which pixels belong to it…";
     else if (one.keys.length === 1 && !motion) text = "Blue is what is taken for the part. If it is right, find its keys; if not, scribble on it, or draw its outline.";
     else if (now().kept && !motion) text = "A capture was interrupted: it goes on from there, if nothing was changed since.";
     else if (!motion) text = `${one.keys.length} keys. Look at each (1–${Math.min(one.keys.length, 9)}), the same colour is the same place; drag what is wrong, then capture.`;
-    else if (now().stale) text = "The keys were changed since: capture again.";
-    else text = keyHere() ? "A key: drag its points to correct it." : "The red dots are the worst frames. Where the outline is off, mend the frame (F), drag its points, capture again.";
+    else if (tools.isPivot() && one.keys[0].outline.length) text = "Drag the cross to where the part turns about; it is told in the first key's frame.";
+    else if (isMended() && keyHere()) text = "Drag its points to where they belong; then only what the timeline marks is tracked again (Enter).";
+    else if (isMended()) text = "Changed since it was captured: track what is marked on the timeline again, the rest stays as it is.";
+    else if (now().stale) text = `All must be captured again: ${now().again?.whole || "the keys were changed"}.`;
+    else text = keyHere() ? "A key: drag its points to correct it." : "The red dots are the worst frames. Where the outline is off, mend the frame (F), drag its points, track again.";
     hint.textContent = text;
   }
 
@@ -164,10 +176,10 @@ export function mount(el, bench) {
   let inPanel = "";
   function panel() {
     const one = part();
-    if (!one) return fill(side);
+    if (!one) return;
     const motion = now().motion;
     const names = parts().map(({ name, parent, order, keys }) => [name, parent, order, keys.map((key) => [key.name, key.frame, key.outline.length > 0])]);
-    const seen = JSON.stringify([desk.part, names, parts().map((other) => Boolean(isTold(other))), motion?.number, now().stale, bench.running, now().clip]);
+    const seen = JSON.stringify([desk.part, names, parts().map((other) => Boolean(isTold(other))), motion?.number, now().again, one.pivot, bench.running, now().clip]);
     if (seen === inPanel) return paintKeys();
     inPanel = seen; // or a slider would be taken from under the hand
     const list = parts().map((other) =>
@@ -189,8 +201,13 @@ export function mount(el, bench) {
     const wantsKeys = !motion && parts().length === 1 && one.keys.length === 1; // the step that comes next stands out
     const wantsCapture = motion ? now().stale : !wantsKeys && parts().every(isTold);
     const find = button("Find keys", "K", suggest, wantsKeys && isTold(one) ? "primary" : "");
-    const run = button(motion ? "Capture again" : "Capture", "Enter", capture, wantsCapture ? "primary" : "");
+    const run = button(motion ? "Capture again" : "Capture", isMended() ? "" : "Enter", capture, wantsCapture && !isMended() ? "primary" : "");
     const mend = button("Mend this frame", "F", mendFrame);
+    const again = button(againSaid(), "Enter", trackAgain, "primary");
+    again.hidden = !isMended();
+    again.disabled = busy;
+    const refined = make("input", { type: "checkbox", checked: desk.refined, disabled: Boolean(now().refining), onchange: () => (desk.refined = refined.checked) });
+    const refines = make("label.pin", { title: now().refining || "All frames at once after the capture: less jitter, short gaps are bridged. It takes about as long again." }, refined, "Refine", make("small", {}, now().refining ? "needs torch, not installed" : ""));
     find.disabled = busy || !isTold(one);
     run.disabled = busy || !parts().every(isTold);
     mend.hidden = !motion;
@@ -198,12 +215,16 @@ export function mount(el, bench) {
       make("h2", {}, "Parts"), make("div.parts", {}, ...list),
       make("div.row", {}, name, parts().length > 1 && above, parts().length > 1 && order),
       make("div.row", {}, button("Add a part", "", addPart), parts().length > 1 && button("Remove", "", () => act("remove_part"))),
+      !isTold(one) && make("div.row", {}, button("Box what moves", "", tools.boxed.atOnce, "primary")),
       make("h2", {}, "Keys"),
       keys.length ? make("ol.keys", {}, ...keys) : make("p.none", {}, "None yet."),
       slider("Within (px)", { min: 0.3, max: 5, step: 0.1, value: desk.residual }, (value) => (desk.residual = value)),
       slider("Keys at most", { min: 1, max: 12, step: 1, value: desk.most }, (value) => (desk.most = value)),
       make("div.row", {}, find, run),
-      make("div.row", {}, mend));
+      refines,
+      make("div.row", {}, mend),
+      make("div.row", {}, again),
+      one.pivot && make("div.row", {}, button("Pivot to the middle", "", () => act("pivot", { at: null }))));
     result.textContent = motion?.said ?? "";
     whole.hidden = now().clip.stop - now().clip.start === now().clip.frames;
     paintKeys();
@@ -226,7 +247,13 @@ export function mount(el, bench) {
   }
 
   const suggest = () => part() && bench.work("capture.suggest", { part: part().name, residual: desk.residual, keys: desk.most });
-  const capture = () => bench.work("capture.capture");
+  const capture = () => bench.work("capture.capture", { refined: desk.refined && !now().refining });
+  const trackAgain = () => bench.work("capture.again");
+  const againSaid = () => {
+    const ranges = now().again?.ranges ?? [];
+    if (ranges.length === 1) return `Track again ${ranges[0].first}–${ranges[0].last}`;
+    return ranges.length ? `Track ${ranges.length} stretches again` : "Bring up to date";
+  };
   const mendFrame = async () => {
     await act("fix_frame", { frame: time.frame });
     tools.choose("points");
@@ -234,7 +261,7 @@ export function mount(el, bench) {
 
   function changed() {
     const { clip, motion } = now();
-    if (!clip) return;
+    if (!clip) return nothing();
     frames.of({ ...clip, open: bench.state.folder.at.open });
     view.resize(clip.width, clip.height);
     Object.assign(time, { first: clip.start, last: clip.stop - 1, fps: clip.fps });
@@ -242,6 +269,7 @@ export function mount(el, bench) {
     const worstOf = (frame) => Math.max(...motion.parts.map(({ residual }) => residual[frame - motion.first]));
     time.worst = (motion?.worst ?? []).map((frame) => ({ frame, value: worstOf(frame) }));
     time.lost = (motion?.parts ?? []).flatMap(({ lost }) => lost.map((t) => t + motion.first));
+    time.again = (now().again?.ranges ?? []).map(({ part: name, first, last }) => ({ first, last, color: colorOf(name) }));
     time.keys = parts().flatMap((one) =>
       one.keys.filter(({ outline }) => outline.length).map(({ frame }) => ({ frame, part: one.name, color: colorOf(one.name), chosen: one === part() })))
       .sort((a, b) => a.chosen - b.chosen); // the chosen part's on top
@@ -253,26 +281,37 @@ export function mount(el, bench) {
     matteSoon();
   }
 
+  // There is nothing to capture from: what to do then.
+  function nothing() {
+    [view.picture, inPanel] = [null, ""];
+    hint.textContent = now().motion ? "Only the captured motion is open here, its clip is not." : "There is no clip open: open one to capture from.";
+    fill(side, make("h2", {}, "Parts"), make("div.row", {}, button("Open a clip", "", () => bench.act("folder.close"), "primary")),
+      now().motion && make("div.row", {}, button("To the stage", "", () => bench.show("stage"))));
+    view.draw();
+  }
+
   for (const kind of ["progress", "ended"]) bench.on(kind, () => (panel(), explain()));
+
+  const keyOf = (number) => (part()?.keys.filter(({ outline }) => outline.length) ?? [])[number - 1];
+  const keys = [
+    ...tools.handles.keys,
+    ...time.keys,
+    key("1-9", "A key of the part", (event) => (keyOf(event.key) ? time.go(keyOf(event.key).frame) : false)),
+    key("k", "Find keys", suggest),
+    key("Enter", "Capture, or track again what was mended", () => (isMended() ? trackAgain() : capture())),
+    key("f", "Mend this frame", mendFrame),
+    key("[", "Begin here", () => begin.click()),
+    key("]", "End here", () => end.click()),
+    ...tools.keys,
+    key("m", "Show and hide the pixels taken for the part", () => ((desk.showsMatte = !desk.showsMatte), view.draw())),
+    key("0", "All of the picture", view.fit),
+  ];
 
   return {
     changed,
     shown: () => (view.fit(), changed()),
     hidden: () => time.playing && time.toggle(),
-    key(event) {
-      if (event.target.matches?.("button") && (event.key === " " || event.key === "Enter")) return false;
-      if (time.key(event)) return true;
-      const keys = part()?.keys.filter(({ outline }) => outline.length) ?? [];
-      if (/^[1-9]$/.test(event.key) && keys[event.key - 1]) time.go(keys[event.key - 1].frame);
-      else if (event.key === "k") suggest();
-      else if (event.key === "Enter") capture();
-      else if (event.key === "f") mendFrame();
-      else if (event.key === "[") begin.click();
-      else if (event.key === "]") end.click();
-      else if (event.key === "0") view.fit();
-      else if (event.key === "m") (desk.showsMatte = !desk.showsMatte), view.draw();
-      else return tools.key(event);
-      return true;
-    },
+    keys,
+    key: (event) => !ownKey(event) && (tools.boxed.key(event) || press(keys, event)),
   };
 }

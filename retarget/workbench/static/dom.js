@@ -13,10 +13,26 @@ export function make(what, properties = {}, ...children) {
   return element;
 }
 
+// New children in the place of all there were.  Whoever worked by keys finds the focus on what is the same in the new ones,
+// or, where that cannot have it now, on the whole until it can.
 export const fill = (element, ...children) => {
+  const held = element.getRootNode().activeElement;
+  const inside = Boolean(held) && element.contains(held);
+  const sought = !inside ? "" : held === element ? focused.get(element) : named(held);
+  const span = inside && held.matches("input[type=text]") && [held.value, held.selectionStart, held.selectionEnd];
   element.replaceChildren(...children.filter((child) => child !== null && child !== undefined && child !== false));
+  if (!inside) return element;
+  focused.set(element, sought);
+  const same = [...element.querySelectorAll(CAN_HOLD)].find((one) => named(one) === sought);
+  if (!same && !element.hasAttribute("tabindex")) element.tabIndex = -1;
+  (same ?? element).focus({ preventScroll: true });
+  if (same && span && same.value === span[0]) same.setSelectionRange(span[1], span[2]);
   return element;
 };
+
+const CAN_HOLD = "button:enabled, input:enabled, select:enabled, [tabindex]";
+const focused = new WeakMap(); // element -> what in it had the focus, until that can have it again
+const named = (one) => [one.tagName, one.getAttribute("aria-label") || one.closest("label")?.textContent || one.title || one.textContent].join();
 
 // A button with its key in the title, such as button("Undo", "Ctrl+Z", f).
 export function button(text, key, act, kind = "") {
@@ -47,6 +63,14 @@ export function icon(name) {
 export function iconButton(name, text, act) {
   return make("button.icon", { type: "button", title: text, "aria-label": text, onclick: act }, icon(name));
 }
+
+// A canvas that is worked on: its name for who does not see it, and all keys are for it.
+export function place(canvas, name) {
+  canvas.setAttribute("role", "application");
+  canvas.setAttribute("aria-label", name);
+}
+
+export const calm = () => matchMedia("(prefers-reduced-motion: reduce)").matches; // nothing is to move by itself
 
 // A labelled slider; `changed(value, done)`.
 export function slider(text, { min, max, step, value }, changed) {

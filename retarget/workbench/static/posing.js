@@ -1,28 +1,21 @@
 // The posing desk: joints dragged on springs, postures mixed, kept and put on beats; a clip beside it made rubber.
 import { makeBeats } from "./beats.js";
-import { button, fill, icon, iconButton, make, slider } from "./dom.js";
+import { button, calm, fill, icon, iconButton, make, place } from "./dom.js";
+import { makeHandles } from "./handles.js";
+import { key, ownKey, press } from "./keys.js";
+import { makeMusic } from "./music.js";
+import { beatAt, beatOf, dancedAt, secondsAt } from "./phrases.js";
+import { makePhraseBar } from "./posing_phrase.js";
+import { makePointer } from "./posing_pointer.js";
+import { makeSide } from "./posing_side.js";
+import { makePuppet, meshOf } from "./puppet.js";
 import { makeSticks, placesAt } from "./sticks.js";
 
 export const title = "Pose";
 
-const DANCE = {
-  bpm: ["Beats a minute", { min: 40, max: 220, step: 1, value: 120 }],
-  quick: ["Quickness", { min: 0.5, max: 6, step: 0.1, value: 2.2 }],
-  damping: ["Damping", { min: 0.05, max: 1.5, step: 0.05, value: 0.8 }],
-  clumsy: ["Clumsy", { min: -1, max: 1, step: 0.1, value: 0 }],
-  stiff: ["Stiff", { min: -1, max: 1, step: 0.1, value: 0 }],
-  wild: ["Wild", { min: -1, max: 1, step: 0.1, value: 0 }],
-  extent: ["Extent", { min: 0, max: 2, step: 0.05, value: 1 }],
-};
-const RUBBER = {
-  omega: ["Omega", { min: 1, max: 8, step: 0.1, value: 3 }],
-  sigma: ["Sigma (s)", { min: 0.03, max: 0.6, step: 0.01, value: 0.15 }],
-  follow: ["Follow-through", { min: 0, max: 1, step: 0.05, value: 0.5 }],
-  squash: ["Squash", { min: 0, max: 1, step: 0.05, value: 0.5 }],
-  hose: ["Hose", { min: 0, max: 1, step: 0.05, value: 1 }],
-};
 const MODES = { pose: "Pose", dance: "Dance", rubber: "Rubber" };
-const NEAR = 22; // pixels of the screen within which a joint is caught
+const LONG = 20; // seconds of a dance of which at first only what comes next is made anew
+const [AHEAD, SETTLED] = [3, 350]; // so many seconds of it, and the rest when a slider has been still for so many ms
 
 export function mount(el, bench) {
   const side = make("aside.side");
@@ -30,28 +23,43 @@ export function mount(el, bench) {
   const picture = make("div.picture");
   const below = make("footer.below");
   const rail = make("div.rail", { role: "toolbar", "aria-label": "What is done" });
+  el.classList.add("posing");
   el.append(rail, make("div.stage", {}, hint, picture), side, below);
   const sticks = makeSticks(picture);
-  const desk = { mode: "pose", hover: -1, drag: null, sliders: {}, played: null, clip: null, problem: "", frame: 0, playing: false, began: [0, 0], open: "", posture: "", seed: 0 };
-  for (const [name, [, { value }]] of Object.entries({ ...DANCE, ...RUBBER })) desk.sliders[name] = value;
+  place(sticks.canvas, "The figure");
+  const puppet = makePuppet(sticks);
+  const desk = { mode: "pose", hover: -1, drag: null, ready: false, meshes: new Map(), played: null, clip: null, problem: "", frame: 0, playing: false, began: [0, 0], open: "", seed: 0 };
 
   const now = () => bench.state.posing ?? {};
   const act = (name, fields, options) => bench.act(`posing.${name}`, fields, options);
+  const music = makeMusic(bench, { changed: () => (panel.draw(), desk.playing && restart()) });
+  const tempo = () => now().music?.bpm ?? now().feel?.bpm ?? 120;
+  const times = () => now().music?.times;
 
   const play = iconButton("play", "Play (Space)", toggle);
   const clock = make("output.frame");
   const seed = button("Make one up", "", () => act("invent", { seed: desk.seed++ }));
-  below.append(make("div.transport", {}, play, clock, seed));
+  const phraseBar = make("div.phrase");
+  below.append(make("div.transport", {}, play, clock, seed, phraseBar));
   const beats = makeBeats(below, {
     move: (step, to) => act("move", { step, ...to }),
-    drop: (step) => act("drop", { step }),
-    put: (posture, beat) => act("put", { posture, beat }),
-    went: (beat) => {
-      if (desk.mode === "pose") return;
-      desk.playing = false;
-      const last = (desk.played?.shape[0] ?? 1) - 1;
-      go(Math.round(desk.mode === "dance" ? (beat * 60 * 24) / desk.sliders.bpm : (beat / beats.count) * last));
-    },
+    drop: (step, phrase) => act("drop", { step, phrase }),
+    put: (posture, { phrase, beat }) => act("put", { posture, phrase, beat }),
+    went: (at) => desk.mode === "dance" && stopAt(secondsAt(beatOf(at, beats.phrases), times(), tempo())),
+    seek: (seconds) => desk.mode === "dance" && (desk.playing ? go(Math.round(seconds * (desk.played?.fps ?? 24)), true) : stopAt(seconds)),
+  });
+  const bar = makePhraseBar(phraseBar, { act, beats, now });
+  beats.picked = bar.draw;
+  const panel = makeSide(side, bench, desk, { act, felt, beats, music });
+  const pointer = makePointer(sticks, bench, desk, { act, now, show, unready: () => bench.say("The springs are being made ready, once on this machine: joints can be dragged in some seconds.") });
+
+  const handles = makeHandles(bench, {
+    what: "joint",
+    count: () => (desk.mode === "pose" ? now().pose?.length ?? 0 : 0),
+    place: (joint) => now().pose[joint],
+    chosen: (joint) => ((desk.hover = joint), explain(), sticks.draw()),
+    send: (joint, to, gesture) => act("drag", { joint, to }, { newest: "joint", gesture }),
+    way: (right, down) => sticks.way(4 * right, 4 * down),
   });
 
   const modes = {};
@@ -60,40 +68,39 @@ export function mount(el, bench) {
     rail.append(modes[name]);
   }
   function choose(name) {
-    desk.mode = name;
-    desk.played = null;
-    desk.playing = name !== "pose";
-    desk.frame = 0;
-    desk.began = [performance.now(), 0];
+    handles.leave();
+    Object.assign(desk, { mode: name, played: null, playing: name !== "pose" && !calm(), frame: 0, problem: "" });
     for (const [other, element] of Object.entries(modes)) element.setAttribute("aria-pressed", String(other === name));
-    panel();
+    bar.draw();
+    if (name === "dance") music.list();
+    panel.draw();
+    panel.line();
+    restart();
     want();
     show();
     explain();
-    if (desk.playing) requestAnimationFrame(tick);
+  }
+
+  function felt(slider, value, gesture) {
+    const beat = beatAt(desk.frame / 24, times(), tempo());
+    if (bench.state.posing) bench.state.posing.feel = { ...now().feel, [slider]: value };
+    if (slider === "bpm") desk.frame = Math.round(24 * secondsAt(beat, times(), value));
+    if (slider === "bpm" && desk.playing) restart();
+    act("feel", { slider, value }, { newest: `feel ${slider}`, gesture });
   }
 
   // What is played: asked for anew whenever a slider or the dance changes, and it plays on meanwhile.
 
-  let asking = false;
-  let again = false;
+  let [asking, again, settles] = [false, false, 0];
   async function want() {
     again = true;
     if (asking) return;
     asking = true;
-    while (again && desk.mode !== "pose") {
+    while (again && desk.mode !== "pose" && now().figure) {
       again = false;
       const mode = desk.mode;
-      const names = Object.keys(mode === "dance" ? DANCE : RUBBER);
-      const fields = Object.fromEntries(names.map((name) => [name, desk.sliders[name]]));
       try {
-        const first = !desk.played;
-        if (mode === "rubber") desk.clip ??= await fetch("posing.clip", {});
-        const played = await fetch(mode === "dance" ? "posing.danced" : "posing.rubber", fields);
-        if (desk.mode !== mode) continue;
-        desk.played = played;
-        desk.problem = "";
-        if (first) frameAll();
+        await (mode === "rubber" ? wantRubber() : wantDance());
       } catch (error) {
         if (desk.mode === mode) Object.assign(desk, { problem: error.message, played: null });
       }
@@ -102,10 +109,66 @@ export function mount(el, bench) {
     }
     asking = false;
   }
-  async function fetch(look, fields) {
+  async function wantRubber() {
+    const clip = desk.clip ?? (await fetched("posing.clip", {}));
+    const played = await fetched("posing.rubber", {});
+    if (desk.mode === "rubber") become({ ...played, clip });
+  }
+  async function wantDance() {
+    const old = desk.played;
+    if (old && old.shape[0] > LONG * old.fps && !old.stale) {
+      const start = Math.max(0, desk.frame / old.fps - 0.1);
+      const some = await fetched("posing.danced", { start, seconds: AHEAD });
+      if (desk.played === old && some.shape[1] === old.shape[1] && some.first + some.shape[0] <= old.shape[0]) {
+        if (some.parts) carryOn(old, some);
+        old.points.set(some.points, some.first * old.shape[1] * old.shape[2]);
+      }
+      clearTimeout(settles);
+      settles = setTimeout(() => ((old.stale = true), want()), SETTLED);
+      return;
+    }
+    const played = await fetched("posing.danced", {});
+    if (played.parts) await meshFor(played.parts);
+    if (desk.mode === "dance") become(played);
+  }
+  // How far a drawing has walked is counted from where the stretch begins: it goes on from where it was.
+  function carryOn(old, some) {
+    const size = old.shape[1] * old.shape[2];
+    const across = ({ points }, at) => points[at] * some.root[0] + points[at + 1] * some.root[1] + points[at + 2];
+    const by = across(old, some.first * size) - across(some, 0);
+    for (let at = 2; at < some.points.length; at += old.shape[2]) some.points[at] += by;
+  }
+  function become(played) {
+    const first = !desk.played;
+    Object.assign(desk, { played, problem: "", clip: played.clip ?? desk.clip });
+    if (first) frameAll();
+    if (first && desk.playing) restart();
+  }
+  async function fetched(look, fields) {
     const { event, view } = await bench.look(look, fields);
-    const points = new Float32Array(view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength));
-    return { ...event, points };
+    return { ...event, points: new Float32Array(view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength)) };
+  }
+
+  // The drawing's pieces, for the parts that move it; those of a pose and of a dance may be others.
+  async function meshFor(parts = null) {
+    const key = `${now().figure.drawn} ${parts?.join("|") ?? ""}`;
+    if (!desk.meshes.has(key)) {
+      const told = await bench.look("posing.mesh", parts ? { parts } : {});
+      const bitmap = told.event.picture ? (await bench.picture("posing.texture")).bitmap : null;
+      desk.meshes.set(key, meshOf(told, bitmap));
+    }
+    return desk.meshes.get(key);
+  }
+  const meshOfNow = (parts) => desk.meshes.get(`${now().figure?.drawn} ${parts?.join("|") ?? ""}`) ?? null;
+  async function drawing() {
+    const { figure } = now();
+    if (!figure?.drawn) return;
+    try {
+      await meshFor();
+      if (desk.mode === "pose") fitPose();
+    } catch (error) {
+      bench.say(error.message);
+    }
   }
 
   const apart = () => {
@@ -114,83 +177,87 @@ export function mount(el, bench) {
     for (let joint = 0; joint < shape[1]; joint++) wide = Math.max(wide, Math.abs(points[3 * joint] - points[0]));
     return Math.max(1, 2.4 * wide);
   };
+  function partsAt(t) {
+    const size = desk.played.shape[1] * desk.played.shape[2];
+    return desk.played.points.subarray(t * size, (t + 1) * size);
+  }
 
   function frameAll() {
-    const all = [];
-    const last = desk.played.shape[0] - 1;
-    for (let t = 0; t <= last; t += Math.max(1, Math.floor(last / 12))) all.push(...figuresAt(t).flatMap(({ places }) => places));
+    const [all, last] = [[], desk.played.shape[0] - 1];
+    const mesh = desk.played.parts && meshOfNow(desk.played.parts);
+    if (mesh) puppet.show(mesh);
+    for (let t = 0; t <= last; t += Math.max(1, Math.floor(last / 12))) all.push(...(mesh ? puppet.bounds(partsAt(t)) : figuresAt(t).flatMap(({ places }) => places)));
     sticks.fit(all);
+  }
+  function fitPose() {
+    const { pose, parts, figure } = now();
+    if (!pose) return;
+    const mesh = figure.drawn ? meshOfNow() : null;
+    puppet.show(mesh);
+    Object.assign(sticks, mesh ? { turn: 0, tilt: 0 } : { turn: 0.35, tilt: 0.12 });
+    sticks.fit(mesh ? puppet.bounds(parts) : pose);
+    show();
   }
 
   const sideOf = (name) => (/[Ll]eft|^[Ll][A-Z_]/.test(name) ? "#ffb03b" : /[Rr]ight|^[Rr][A-Z_]/.test(name) ? "#5b9dff" : "#d7d9dd");
-
   function figuresAt(t) {
     const { figure } = now();
-    const color = (joint) => sideOf(figure.names[joint] ?? "");
-    if (desk.mode === "dance") return [{ places: placesAt(desk.played, t), parents: figure.parents, color }];
+    if (desk.mode === "dance") return [{ places: placesAt(desk.played, t), parents: figure.parents, color: (joint) => sideOf(figure.names[joint] ?? "") }];
     const off = apart() / 2;
     const shift = (places, by) => places.map(([x, y, z]) => [x + by, y, z]);
     const clip = { places: shift(placesAt(desk.clip, Math.min(t, desk.clip.shape[0] - 1)), -off), parents: desk.clip.parents, color: () => "#8d9199" };
     return [clip, { places: shift(placesAt(desk.played, t), off), parents: desk.played.parents, color: () => "#f0b04a", seamless: true }];
   }
 
-  function pose() {
-    const { pose: places = [] } = now();
-    if (!desk.drag) return places;
-    const moved = [...places];
-    moved[desk.drag.joint] = desk.drag.to; // the hand sees at once what it does; the rest comes when it is known
-    return moved;
-  }
-
   function show() {
     const { figure } = now();
-    if (!figure) sticks.figures = [];
-    else if (desk.mode === "pose" || !desk.played) {
-      sticks.figures = desk.mode === "pose" ? [{ places: pose(), parents: figure.parents, color: (joint) => sideOf(figure.names[joint]) }] : [];
+    sticks.figures = [];
+    const drawn = figure?.drawn && desk.mode !== "rubber";
+    if (!figure || desk.mode === "pose" || !desk.played) {
+      puppet.show(drawn ? meshOfNow(desk.played?.parts) ?? puppet.mesh : null);
+      if (desk.mode === "pose") puppet.parts = drawn ? now().parts : null;
+      if (figure && desk.mode === "pose" && !drawn) sticks.figures = [{ places: pointer.pose(), parents: figure.parents, color: (joint) => sideOf(figure.names[joint]) }];
       clock.textContent = "";
     } else {
       desk.frame = Math.min(desk.frame, desk.played.shape[0] - 1);
-      sticks.figures = figuresAt(desk.frame);
+      puppet.show(drawn ? meshOfNow(desk.played.parts) : null);
+      if (drawn) puppet.parts = partsAt(desk.frame);
+      else sticks.figures = figuresAt(desk.frame);
       const seconds = desk.frame / desk.played.fps;
       clock.textContent = `${seconds.toFixed(2)} s`;
-      beats.at = desk.mode === "dance" ? ((seconds * desk.sliders.bpm) / 60 / (now().dance.half ? 2 : 1)) % beats.count : (desk.frame / (desk.played.shape[0] - 1 || 1)) * beats.count;
+      beats.seconds = seconds;
+      if (desk.mode === "dance") beats.at = dancedAt(beatAt(seconds, times(), tempo()), beats.phrases);
       beats.draw();
     }
     sticks.draw();
   }
+  sticks.painters.push(() => puppet.draw());
+  sticks.painters.push(pointer.paint);
 
-  sticks.painters.push((context) => {
-    const { figure, pinned = [] } = now();
-    if (!figure || desk.mode !== "pose") return;
-    pose().forEach((place, joint) => {
-      const [x, y] = sticks.seen(place);
-      const pin = pinned.includes(joint);
-      context.beginPath();
-      if (pin) context.rect(x - 6, y - 6, 12, 12);
-      else context.arc(x, y, joint === desk.hover ? 7 : 3.5, 0, 2 * Math.PI);
-      context.fillStyle = pin ? "#ff6a5e" : joint === desk.hover ? "#fff" : "rgba(20, 20, 22, 0.75)";
-      context.strokeStyle = "rgba(255, 255, 255, 0.85)";
-      context.lineWidth = 1.5;
-      context.fill();
-      context.stroke();
-    });
-    if (desk.hover >= 0) {
-      const [x, y] = sticks.seen(pose()[desk.hover]);
-      context.font = "12px system-ui, sans-serif";
-      context.textAlign = "left";
-      context.fillStyle = "#fff";
-      context.fillText(figure.names[desk.hover], x + 12, y - 8);
-    }
-  });
+  // The time: the music's where it is heard, else the clock's.
 
+  const heard = () => desk.mode === "dance" && music.seconds();
+  function restart() {
+    desk.began = [performance.now(), desk.frame];
+    music.stop();
+    if (!desk.playing) return;
+    if (desk.mode === "dance" && desk.played) music.play(desk.frame / desk.played.fps);
+    if (!ticking) requestAnimationFrame(tick);
+    ticking = true;
+  }
+  let ticking = false;
   function tick(moment) {
-    if (!desk.playing || el.hidden) return;
+    ticking = desk.playing && !el.hidden;
+    if (!ticking) return music.stop();
     if (desk.played) {
-      const frame = desk.began[1] + Math.floor(((moment - desk.began[0]) / 1000) * desk.played.fps);
-      const count = desk.played.shape[0];
-      const next = ((frame % count) + count) % count;
-      if (next !== desk.frame) {
-        desk.frame = next;
+      const { fps, shape } = desk.played;
+      const sound = heard();
+      const at = typeof sound === "number" ? Math.floor(sound * fps) : desk.began[1] + Math.floor(((moment - desk.began[0]) / 1000) * fps);
+      if (at >= shape[0]) {
+        desk.frame = 0;
+        restart();
+      } else if (Math.max(at, 0) !== desk.frame) {
+        desk.frame = Math.max(at, 0);
         show();
       }
     }
@@ -199,63 +266,18 @@ export function mount(el, bench) {
   function toggle() {
     if (desk.mode === "pose") return choose("dance");
     desk.playing = !desk.playing;
-    desk.began = [performance.now(), desk.frame];
-    if (desk.playing) requestAnimationFrame(tick);
+    restart();
     explain();
   }
-  function go(frame) {
+  function go(frame, plays = false) {
     if (!desk.played) return;
-    desk.playing = false;
+    desk.playing = plays;
     desk.frame = Math.min(Math.max(frame, 0), desk.played.shape[0] - 1);
+    restart();
     show();
     explain();
   }
-
-  // The pointer.
-
-  function nearest(event) {
-    const box = sticks.canvas.getBoundingClientRect();
-    let [best, found] = [NEAR, -1];
-    (now().pose ?? []).forEach((place, joint) => {
-      const [x, y] = sticks.seen(place);
-      const away = Math.hypot(x - event.clientX + box.left, y - event.clientY + box.top);
-      if (away < best) [best, found] = [away, joint];
-    });
-    return found;
-  }
-
-  sticks.canvas.addEventListener("pointerdown", (event) => {
-    if (!now().figure) return;
-    const joint = desk.mode === "pose" && event.button === 0 ? nearest(event) : -1;
-    if (joint < 0) return sticks.orbit(event);
-    sticks.canvas.setPointerCapture(event.pointerId);
-    if (event.shiftKey) return pin(joint);
-    const from = now().pose[joint];
-    desk.drag = { joint, from, to: from, x: event.clientX, y: event.clientY, gesture: bench.gesture(), moved: false };
-  });
-  sticks.canvas.addEventListener("pointermove", (event) => {
-    if (!desk.drag) {
-      const hover = desk.mode === "pose" && event.buttons === 0 ? nearest(event) : desk.hover;
-      if (hover === desk.hover) return;
-      desk.hover = hover;
-      sticks.canvas.style.cursor = hover >= 0 ? "grab" : "default";
-      return sticks.draw();
-    }
-    const way = sticks.way(event.clientX - desk.drag.x, event.clientY - desk.drag.y);
-    desk.drag.to = desk.drag.from.map((value, axis) => value + way[axis]);
-    desk.drag.moved = true;
-    act("drag", { joint: desk.drag.joint, to: desk.drag.to }, { newest: "joint", gesture: desk.drag.gesture });
-    show();
-  });
-  sticks.canvas.addEventListener("pointerup", async () => {
-    const drag = desk.drag;
-    if (!drag) return;
-    if (drag.moved) await act("drag", { joint: drag.joint, to: drag.to }, { newest: "joint", gesture: drag.gesture });
-    if (desk.drag === drag) desk.drag = null;
-    show();
-  });
-
-  const pin = (joint) => joint >= 0 && act("pin", { joint, on: !now().pinned.includes(joint) });
+  const stopAt = (seconds) => go(Math.round(seconds * (desk.played?.fps ?? 24)));
 
   // Words.
 
@@ -264,9 +286,11 @@ export function mount(el, bench) {
     let text;
     if (!figure) text = "Whom to pose? Take a figure at the right, or open a .bvh file.";
     else if (desk.problem && desk.mode !== "pose") text = desk.problem;
-    else if (desk.mode === "pose") text = "Drag a joint; Shift-click or P pins one. Drag beside the figure to turn round it.";
+    else if (desk.mode === "pose" && !desk.ready) text = "Getting the springs ready: some seconds, once on this machine…";
+    else if (desk.mode === "pose" && desk.hover >= 0 && handles.open) text = `${figure.names[desk.hover]}: P pins it. ${handles.hint()}`;
+    else if (desk.mode === "pose") text = `Drag a joint; Shift-click or P pins one. Drag beside the figure to ${figure.drawn ? "move the paper" : "turn round it"}.`;
     else if (!desk.played) text = desk.mode === "rubber" ? "Stretching…" : "Dancing…";
-    else if (desk.mode === "dance") text = "Double click in the beats puts the chosen posture there, or takes a step out; drag steps; the wheel makes them larger.";
+    else if (desk.mode === "dance") text = "Double click in the beats puts the posture there; drag steps, up or down for their extent; Ctrl and the wheel zoom.";
     else text = "Grey is what was captured, yellow what is made of it.";
     hint.textContent = text;
     hint.title = text;
@@ -275,127 +299,64 @@ export function mount(el, bench) {
     play.setAttribute("aria-label", play.title);
   }
 
-  let panelOf = "";
-  function panel() {
-    const { figure, pool = [], extents = {}, pinned = [] } = now();
-    const key = JSON.stringify([desk.mode, figure?.file, pool, pinned, bench.running, desk.result]);
-    if (key === panelOf) return setSliders(extents);
-    panelOf = key;
-    if (!figure) {
-      const made = ["human", "flower", "lamp"].map((who) => button(`The ${who}`, "", () => act("begin", { who })));
-      return fill(side, make("h2", {}, "Figures"), make("div.row", {}, ...made));
-    }
-    const busy = Boolean(bench.running);
-    if (desk.mode !== "pose") {
-      const known = desk.mode === "dance" ? DANCE : RUBBER;
-      const sliders = Object.entries(known).map(([name, [text, range]]) =>
-        slider(text, { ...range, value: desk.sliders[name] }, (value) => {
-          const beat = (desk.frame / 24) * (desk.sliders.bpm / 60);
-          desk.sliders[name] = value;
-          if (name === "bpm") desk.began = [performance.now(), Math.round((beat * 60 * 24) / value)];
-          want();
-        }));
-      const kinds = make("select", { "aria-label": "Export as" }, ...[".bvh", ".mp4", ".gif"].map((kind) => make("option", { value: kind }, { ".bvh": "BVH", ".mp4": "MP4 video", ".gif": "GIF" }[kind])));
-      const run = button("Export", "E", () => {
-        const chosen = Object.fromEntries(Object.keys(known).map((name) => [name, desk.sliders[name]]));
-        bench.work("posing.export", { what: desk.mode, kind: kinds.value, sliders: chosen });
-      }, "primary");
-      run.disabled = busy;
-      const steps = desk.mode === "dance" ? [make("h2", {}, "Posture to put"), postures(pool)] : [];
-      return fill(side, make("h2", {}, desk.mode === "dance" ? "How it moves" : "How rubbery"), ...sliders, ...steps,
-        make("h2", {}, "Export"), make("div.row", {}, kinds, run), desk.result && make("p.result", {}, desk.result));
-    }
-    const name = make("input", { type: "text", placeholder: "its name", maxLength: 60, "aria-label": "Name of the posture" });
-    const keep = button("Keep pose", "", async () => {
-      await act("keep", { name: name.value.trim() || `pose ${pool.length + 1}` });
-    });
-    const sliders = pool.map((posture) => {
-      let gesture = "";
-      return slider(posture, { min: 0, max: 1.5, step: 0.05, value: extents[posture] ?? 0 }, (extent, done) => {
-        gesture = gesture || bench.gesture();
-        mixedAt = performance.now();
-        act("mix", { posture, extent }, { newest: "mix", gesture });
-        if (done) gesture = "";
-      });
-    });
-    const frames = figure.frames ? [make("div.row", {}, frameInput(figure.frames), make("span.none", {}, `of ${figure.frames - 1} in the clip`))] : [];
-    fill(side,
-      make("div.row", {}, button("Stand at rest", "", () => act("stand")), pinned.length ? button("Unpin all", "", () => pinned.forEach((joint) => act("pin", { joint, on: false }))) : null),
-      ...frames,
-      make("h2", {}, "Postures"), make("div.postures", {}, ...sliders),
-      make("div.row", {}, name, keep),
-      make("div.row", {}, button("Save pose as BVH", "", () => act("save_pose").then((done) => done && bench.say(`${bench.state.folder.at.open}.pose.bvh is written.`)))));
-  }
-
-  let mixedAt = 0; // when a posture's slider was last moved, in ms
-  // What is not being moved by hand shows what is mixed now.
-  function setSliders(extents) {
-    for (const label of side.querySelectorAll(".postures .slider")) {
-      const [input, output] = [label.querySelector("input"), label.querySelector("output")];
-      if (input.matches(":active") || (input.matches(":focus") && performance.now() - mixedAt < 500)) continue;
-      input.value = extents[label.querySelector("span").textContent] ?? 0;
-      output.textContent = input.value;
-    }
-  }
-
-  function frameInput(count) {
-    const input = make("input", { type: "number", min: 0, max: count - 1, value: 0, "aria-label": "Frame of the clip" });
-    input.onchange = () => act("take", { frame: Math.max(0, Math.round(Number(input.value) || 0)) });
-    return input;
-  }
-
-  function postures(pool) {
-    if (!pool.includes(desk.posture)) desk.posture = pool[0];
-    const select = make("select", { "aria-label": "Posture to put", onchange: () => ((desk.posture = select.value), line()) }, ...pool.map((name) => make("option", { value: name, selected: name === desk.posture }, name)));
-    line();
-    return make("div.row", {}, select, button("On this beat", "", () => act("put", { posture: desk.posture, beat: Math.min(Math.round(beats.at * 4) / 4, beats.count - 0.25) })));
-  }
-  function line() {
-    beats.chosen = desk.mode === "dance" ? desk.posture : "";
-    beats.draw();
-  }
-
-  bench.on("progress", panel);
+  bench.on("progress", panel.draw);
   bench.on("ended", ({ work, sentence, made }) => {
     if (work === "posing.export") desk.result = made ? sentence : "";
-    panel();
+    panel.draw();
   });
 
   function changed(sections) {
-    const { figure, dance } = now();
-    const only = Object.keys(sections?.posing ?? {});
-    if (only.length === 1 && only[0] === "pose" && figure) return show(); // a drag: as little as can be
-    const open = `${bench.state.folder.at.open} ${figure?.file}`;
-    if (open !== desk.open) {
-      Object.assign(desk, { open, clip: null, played: null, drag: null });
-      if (figure) sticks.fit(now().pose);
-    }
-    if (dance) Object.assign(beats, { steps: dance.steps, count: Math.max(dance.phrase, 1) });
+    const { figure, dance, feel, music: song } = now();
+    const own = Object.keys(sections?.posing ?? {});
+    if (own.length && figure && own.every((name) => name === "pose" || name === "parts")) return show(); // a drag: as little as can be
+    const open = figure ? `${bench.state.folder.at.open} ${figure.file} ${figure.drawn}` : "";
+    if (open !== desk.open) opened(open, figure);
+    if (dance) Object.assign(beats, { phrases: dance.phrases, music: song ?? null, bpm: feel.bpm, phrase: Math.min(beats.phrase, dance.phrases.length - 1) });
+    if (song?.file !== (music.file || undefined)) music.load();
+    bar.draw();
     beats.draw();
-    if (desk.mode === "dance" && (!sections || sections.posing?.dance || sections.posing?.pool)) want();
-    panel();
+    if (desk.mode !== "pose" && (!sections || ["dance", "pool", "feel", "music", "figure"].some((name) => own.includes(name)))) {
+      if (desk.played && own.some((name) => name === "music")) desk.played.stale = true;
+      want();
+    }
+    panel.draw();
     show();
     explain();
   }
+  function opened(open, figure) {
+    Object.assign(desk, { open, clip: null, played: null, drag: null, ready: false, frame: 0 });
+    desk.meshes.clear();
+    panel.list();
+    if (!figure) return;
+    fitPose();
+    drawing();
+    bench.look("posing.ready").then(() => desk.open === open && ((desk.ready = true), explain()), (error) => bench.say(error.message));
+  }
 
   choose("pose");
+
+  const step = (event) => (event.shiftKey ? 10 : 1);
+  const keys = [
+    ...handles.keys,
+    key(" ", "Play and stop", toggle),
+    key("ArrowLeft", "A frame back; with Shift ten", (event) => go(desk.frame - step(event))),
+    key("ArrowRight", "A frame on; with Shift ten", (event) => go(desk.frame + step(event))),
+    key("Home", "The beginning", () => go(0)),
+    key("End", "The end", () => go(1e9)),
+    key("1-9", `${Object.values(MODES).join(", ")}`, (event) => (Object.keys(MODES)[event.key - 1] ? choose(Object.keys(MODES)[event.key - 1]) : false), "1–3"),
+    key("p", "Pin the joint, or let it go", () => pointer.pin(desk.hover)),
+    key("t", "Tap the tempo of a dance", () => (desk.mode === "dance" ? music.tap(heard() || desk.frame / 24) : false)),
+    key("Delete", "Take the chosen step out of a dance", () => desk.mode === "dance" && beats.dropChosen()),
+    key("Backspace", "The same", () => desk.mode === "dance" && beats.dropChosen()),
+    key("0", "All of the figure", () => (desk.played ? frameAll() : fitPose())),
+  ];
+
   return {
     changed,
-    shown: () => (changed(), desk.playing && requestAnimationFrame(tick), now().pose && sticks.fit(now().pose)),
-    hidden: () => (desk.playing = false),
-    key(event) {
-      if (event.target.matches?.("button, input") && (event.key === " " || event.key === "Enter")) return false;
-      if (event.target.matches?.("input") && /^(Arrow|Home|End|Page)/.test(event.key)) return false; // a slider's own
-      if (event.key === " ") toggle();
-      else if (event.key === "ArrowLeft") go(desk.frame - (event.shiftKey ? 10 : 1));
-      else if (event.key === "ArrowRight") go(desk.frame + (event.shiftKey ? 10 : 1));
-      else if (event.key === "Home") go(0);
-      else if (event.key === "End") go(1e9);
-      else if (event.key === "0") sticks.fit(desk.played ? figuresAt(desk.frame).flatMap(({ places }) => places) : now().pose ?? []);
-      else if (event.key === "p") pin(desk.hover);
-      else if (/^[1-3]$/.test(event.key)) choose(Object.keys(MODES)[event.key - 1]);
-      else return false;
-      return true;
-    },
+    shown: () => (changed(), restart(), desk.mode === "pose" && fitPose()),
+    hidden: () => ((desk.playing = false), music.stop()),
+    dropped: (files) => Boolean(now().figure) && desk.mode === "dance" && music.takes(files),
+    keys,
+    key: (event) => !ownKey(event) && press(keys, event),
   };
 }

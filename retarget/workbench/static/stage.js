@@ -1,8 +1,12 @@
 // The stage desk: who plays the captured motion, how they stand, what is behind them; seen live, and exported.
-import { button, fill, make, slider } from "./dom.js";
+import { button, fill, make, place, slider } from "./dom.js";
+import { key, ownKey, press } from "./keys.js";
 import { makeLimbs } from "./limbs.js";
+import { madeOf } from "./made.js";
+import { makePlayers } from "./players.js";
 import { makeRedraw } from "./redraw.js";
 import { SOURCES, makeScene } from "./scene.js";
+import { arrived, send } from "./sending.js";
 import { keyTools, keysPanel } from "./stage_keys.js";
 import { makeTimeline } from "./timeline.js";
 import { makeView, paintLine } from "./view.js";
@@ -14,7 +18,7 @@ const TOOLS = {
   pin: ["Pin", "p", "Click on the place of the character that is to stay where it is"],
   path: ["Path", "o", "Draw the path that the whole goes along"],
 };
-const PIECE = 300 * 1024; // bytes of a file in one message
+const DRAWINGS = ".svg,.png,.jpg,.jpeg,.webp,.glb,.gltf,.bin,.mtl,.obj,.ply";
 
 export function mount(el, bench) {
   const side = make("aside.side");
@@ -25,11 +29,13 @@ export function mount(el, bench) {
   const stage = make("div.stage", {}, hint, picture);
   el.append(rail, stage, side, below);
   const view = makeView(picture);
+  place(view.canvas, "The stage");
   const time = makeTimeline(below, { went: show, keyChosen: ({ frame }) => time.go(frame) });
-  const desk = { tool: "look", chosen: new Set(), kind: ".mp4", told: null, toldOf: 0, line: null, drag: null, problem: "", result: "", proposed: -1 };
+  const desk = { tool: "look", chosen: new Set(), kind: ".gif", told: null, toldOf: 0, line: null, drag: null, problem: "", proposed: -1 };
 
   const now = () => bench.state.stage ?? {};
   const act = (name, fields, options) => bench.act(`stage.${name}`, fields, options);
+  const players = makePlayers(bench, desk, { changed: () => panel(), load: upload, accepts: DRAWINGS, says: (text) => (hint.textContent = text) });
   const scene = makeScene(picture, view, bench, { came: () => show(), source: () => bench.state.capture?.clip, away: () => editor() !== null });
   const redraw = makeRedraw(bench, view, { changed: () => changed(), act });
   const limbs = makeLimbs(bench, view, { changed: () => changed(), act });
@@ -169,7 +175,7 @@ export function mount(el, bench) {
     const { motion, cast, number } = now();
     let text = "";
     if (!motion) text = "Nothing was captured yet: do that at the capture desk, or open a *.motion.json.";
-    else if (!cast) text = "Who plays it? Choose a drawing, a picture or a model at the right.";
+    else if (!cast) text = players.hint();
     else if (editor()) text = editor().hint();
     else if (desk.proposed === number) text = "Proposed: compare each key with the source's at the right; click one to correct it. Undo takes them back.";
     else if (bench.running === "stage.export") text = "Exporting. You may go on.";
@@ -185,31 +191,12 @@ export function mount(el, bench) {
   function panel() {
     cursor();
     fill(rail, ...(editor() ? keyTools({ redraw, limbs, act }) : Object.values(tools)));
-    const { motion, cast, drawings = [], formats = {} } = now();
-    if (!motion) return fill(side, make("h2", {}, "Who plays"), make("p.none", {}, "First a motion must be captured."));
-    const asked = make("input", { type: "file", multiple: true, hidden: true, accept: ".svg,.png,.jpg,.jpeg,.webp,.glb,.gltf,.bin,.obj,.ply" });
-    asked.onchange = () => upload([...asked.files]);
+    const { motion, cast, formats = {} } = now();
+    if (!motion) return fill(side, make("h2", {}, "Who plays"), make("p.none", {}, "First a motion must be captured."),
+      make("div.row", {}, bench.state.capture?.clip && button("To the capture desk", "", () => bench.show("capture"), "primary")),
+      make("div.row", {}, button("Open something else", "", () => bench.act("folder.close"), bench.state.capture?.clip ? "" : "primary")));
     const busy = Boolean(bench.running);
-    desk.chosen = new Set([...desk.chosen].filter((name) => drawings.includes(name)));
-    const shown = grouped(drawings, motion.parts);
-    const list = shown.map(({ name, files }) => {
-      const box = make("input", { type: "checkbox", checked: files.every((file) => desk.chosen.has(file)) });
-      box.onchange = () => {
-        for (const file of files) desk.chosen[box.checked ? "add" : "delete"](file);
-        panel();
-      };
-      return make("li", {}, make("label.choice", {}, box, make("span", {}, name), files.length > 1 && make("small", {}, `${files.length} keys`)));
-    });
-    const play = button("Let it play", "Enter", playChosen, desk.chosen.size && !cast ? "primary" : "");
-    const propose = button("Propose keys", "", () => bench.work("stage.propose", { files: [...desk.chosen] }));
-    play.disabled = !desk.chosen.size;
-    propose.disabled = busy || !desk.chosen.size || [...desk.chosen].some((file) => !/\.(svg|png|jpe?g|webp)$/i.test(file));
-    propose.title = "Make all key drawings from the one that is chosen, for you to correct";
-    const who = [
-      make("h2", {}, "Who plays"),
-      list.length ? make("ul.choices", {}, ...list) : make("p.none", {}, "No drawing lies in this folder yet."),
-      make("div.row", {}, button("Load…", "", () => asked.click()), play, propose, asked),
-    ];
+    const who = players.panel();
     side.classList.toggle("chosen", Boolean(cast));
     if (!cast) return fill(side, ...who);
     const standing = [...cast.parts.map(({ name, height }) => [name, height]), ...cast.bodies.map(({ drawing, height }) => [drawing, height])];
@@ -229,7 +216,8 @@ export function mount(el, bench) {
         make("button.gone", { type: "button", "aria-label": `Take pin ${n + 1} out`, title: "Take it out", onclick: () => act("unpin", { number: n }) }, "×")));
     const kinds = make("select", { "aria-label": "Export as", onchange: () => (desk.kind = kinds.value) },
       ...Object.entries(formats).map(([kind, text]) => make("option", { value: kind, selected: kind === desk.kind }, text)));
-    const run = button("Export", "E", exportIt, "primary");
+    const isDone = now().made?.some(({ of }) => of === now().number);
+    const run = button("Export", "E", exportIt, isDone ? "" : "primary");
     run.disabled = busy;
     fill(side, ...who,
       ...keysPanel(bench, cast, { redraw, limbs }),
@@ -237,8 +225,8 @@ export function mount(el, bench) {
       make("div.row", {}, behind),
       cast.follow.length ? make("div.row", {}, button("Leave the path", "", () => act("follow", { path: [] }))) : null,
       pins.length ? make("h2", {}, "Pins") : null, pins.length ? make("ul.pins", {}, ...pins) : null,
-      make("h2", {}, "Export"), make("div.row", {}, kinds, run), desk.result && make("p.result", {}, desk.result),
-      ...(desk.told?.notes ?? []).slice(0, 3).map((note) => make("p.none", {}, note)));
+      ...(desk.told?.notes ?? []).slice(0, 3).map((note) => make("p.none", {}, note)),
+      make("div.export", {}, make("h2", {}, "Export"), make("div.row", {}, kinds, run), ...madeOf(bench)));
   }
 
   function number(value, label, changedTo) {
@@ -249,26 +237,13 @@ export function mount(el, bench) {
 
   // What can be done.
 
-  function playChosen() {
-    if (!desk.chosen.size) return;
-    hint.textContent = "Learning the drawings…";
-    act("play", { files: [...desk.chosen] });
-  }
-
   const exportIt = () => now().cast && !bench.running && bench.work("stage.export", { kind: desk.kind });
 
   async function upload(files) {
     for (const file of files) {
-      const bytes = new Uint8Array(await file.arrayBuffer());
-      let at = 0;
-      do {
-        const piece = bytes.subarray(at, at + PIECE);
-        const last = at + piece.length >= bytes.length;
-        const done = await act("load", { name: file.name, at, data: base64(piece), last });
-        if (!done) return;
-        at += piece.length;
-      } while (at < bytes.length);
-      desk.chosen.add(file.name);
+      if (!(await send(bench, "stage.load", file))) return;
+      const { file: name } = await arrived(bench, file.name);
+      desk.chosen.add(name);
     }
     changed();
   }
@@ -300,54 +275,37 @@ export function mount(el, bench) {
   }
 
   bench.on("progress", () => (panel(), explain()));
-  bench.on("ended", ({ work, sentence, made }) => {
+  bench.on("ended", ({ work, made }) => {
     if (work === "stage.propose" && made) desk.proposed = now().number;
-    if (work === "stage.export") desk.result = made ? sentence : "";
     panel();
     explain();
   });
   choose("look");
 
+  const drawn = (number) => (now().cast?.parts ?? []).flatMap((part) => part.keys.map((one) => [part, one]))[number - 1];
+  const keys = [
+    ...time.keys,
+    key("1-9", "A key drawing, to correct it", (event) => (drawn(event.key) ? redraw.show(...drawn(event.key)) : false)),
+    key("Escape", "Back to the stage", () => (editor() ? editor().close() : false)),
+    key("d", "Draw a line of a key anew, while it is open", () => (redraw.svg() ? redraw.pen(true) : false)),
+    key("v", "Pull a key's lines, while it is open", () => (redraw.svg() ? redraw.pen(false) : false)),
+    key("g", "The source over the result, or beside it", () => (scene.next(), compare())),
+    key("Enter", "Let the chosen drawings play", () => players.play()),
+    key("e", "Export", exportIt),
+    ...Object.entries(TOOLS).map(([name, [, letter, what]]) => key(letter, what, () => choose(name))),
+    key("0", "All of the picture", view.fit),
+  ];
+
   return {
     changed: () => el.hidden || changed(),
     shown: () => (view.fit(), changed()),
     hidden: () => time.playing && time.toggle(),
-    key(event) {
-      if (event.target.matches?.("button, input") && (event.key === " " || event.key === "Enter")) return false;
-      if (event.target.matches?.("input") && /^(Arrow|Home|End|Page)/.test(event.key)) return false; // a slider's own
-      if (event.key === "Escape" && editor()) return editor().close(), true;
-      if (redraw.svg() && /^[dv]$/.test(event.key)) return redraw.pen(event.key === "d"), true;
-      if (time.key(event)) return true;
-      const tool = Object.entries(TOOLS).find(([, [, key]]) => key === event.key.toLowerCase());
-      if (/^[1-9]$/.test(event.key)) {
-        const keys = (now().cast?.parts ?? []).flatMap((part) => part.keys.map((key) => [part, key]));
-        if (keys[event.key - 1]) redraw.show(...keys[event.key - 1]);
-      } else if (event.key === "e") exportIt();
-      else if (event.key === "Enter") playChosen();
-      else if (event.key === "g") scene.next(), compare();
-      else if (event.key === "0") view.fit();
-      else if (tool) choose(tool[0]);
-      else return false;
-      return true;
+    keys,
+    key: (event) => !ownKey(event) && press(keys, event),
+    dropped(files) {
+      const drawn = files.filter(({ name }) => DRAWINGS.split(",").some((ending) => name.toLowerCase().endsWith(ending)));
+      if (drawn.length && now().motion) upload(drawn);
+      return drawn.length > 0 && Boolean(now().motion);
     },
   };
-}
-
-// Files whose names differ only in a key's name at the end are one character's drawings.
-function grouped(drawings, parts) {
-  const keys = parts.flatMap((part) => part.keys.map((key) => key.toLowerCase()));
-  const found = new Map();
-  for (const file of drawings) {
-    const stem = file.replace(/\.[^.]+$/, "");
-    const key = keys.find((name) => stem.toLowerCase().endsWith(`_${name}`));
-    const name = key ? stem.slice(0, -key.length - 1) : file;
-    found.set(name, [...(found.get(name) ?? []), file]);
-  }
-  return [...found].map(([name, files]) => ({ name: files.length > 1 ? name : files[0], files }));
-}
-
-function base64(bytes) {
-  let text = "";
-  for (let n = 0; n < bytes.length; n += 8192) text += String.fromCharCode(...bytes.subarray(n, n + 8192));
-  return btoa(text);
 }

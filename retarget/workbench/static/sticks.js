@@ -6,7 +6,7 @@ const FLOOR = 8; // lines each way, half a metre apart
 export function makeSticks(el) {
   const canvas = makeCanvas(el);
   const context = canvas.getContext("2d", { willReadFrequently: true }); // drawn by the processor: thin lines are quicker so
-  const sticks = { canvas, turn: 0.35, tilt: 0.12, scale: 200, middle: [0, 0.85, 0], figures: [], painters: [] };
+  const sticks = { canvas, turn: 0.35, tilt: 0.12, scale: 200, middle: [0, 0.85, 0], figures: [], painters: [], floor: true };
 
   // To the screen, with depth as the third number, larger nearer to the viewer.
   sticks.seen = ([x, y, z]) => {
@@ -30,7 +30,7 @@ export function makeSticks(el) {
 
   sticks.draw = onceAPicture(() => {
     if (!cleared(canvas, context)) return;
-    floor();
+    if (sticks.floor) floor();
     for (const figure of sticks.figures) paint(figure);
     sticks.painters.forEach((paintMore) => paintMore(context));
     sticks.drawn?.();

@@ -1,10 +1,12 @@
 // Time: buttons to play, and a strip with the misfit of every frame, the worst marked, and the keys.
 import { fill, icon, iconButton, make } from "./dom.js";
+import { key, press } from "./keys.js";
 
 const [LEFT, RIGHT, TOP, KEYS] = [52, 16, 8, 36]; // pixels round the curves; below them the keys' row, and the numbers
 
+// Of a timeline may be set: curves, worst, keys, lost, and `again`, the frames that would be tracked again, with a colour each.
 export function makeTimeline(el, { went, keyChosen }) {
-  const strip = make("canvas.strip", { tabIndex: 0, role: "slider", "aria-label": "Frame" });
+  const strip = make("canvas.strip", { tabIndex: 0, role: "slider", "aria-label": "Frame", "aria-valuenow": "0", "aria-valuemin": "0", "aria-valuemax": "0" });
   const context = strip.getContext("2d");
   const play = iconButton("play", "Play (Space)", () => time.toggle());
   const number = make("output.frame");
@@ -19,7 +21,7 @@ export function makeTimeline(el, { went, keyChosen }) {
     number,
   );
   el.append(buttons, strip);
-  const time = { frame: 0, first: 0, last: 0, fps: 24, playing: false, curves: [], worst: [], keys: [], lost: [] };
+  const time = { frame: 0, first: 0, last: 0, fps: 24, playing: false, curves: [], worst: [], keys: [], lost: [], again: [] };
   let began = [0, 0];
 
   const count = () => time.last - time.first + 1;
@@ -32,12 +34,24 @@ export function makeTimeline(el, { went, keyChosen }) {
   time.go = (frame) => {
     const to = Math.min(Math.max(Math.round(frame), time.first), time.last);
     number.textContent = `${to} / ${time.last}`;
-    strip.setAttribute("aria-valuenow", String(to));
-    strip.setAttribute("aria-valuemax", String(time.last));
+    const spoken = { valuenow: to, valuemin: time.first, valuemax: time.last, valuetext: told(to) };
+    for (const [name, value] of Object.entries(spoken)) strip.setAttribute(`aria-${name}`, String(value));
     const moved = to !== time.frame;
     time.frame = to;
     if (moved) went(to);
     time.draw();
+  };
+
+  // What the strip shows at a frame, in words.
+  const told = (frame) => {
+    const misfits = time.curves.map(({ values, first }) => values[frame - first]).filter((value) => value !== undefined);
+    const marks = [
+      time.keys.some((key) => key.frame === frame) && "a key",
+      misfits.length && `${Math.max(...misfits).toFixed(1)} pixels off`,
+      time.worst.some((one) => one.frame === frame) && "one of the worst",
+      time.lost.includes(frame) && "not seen",
+    ];
+    return [`frame ${frame} of ${time.last}`, ...marks.filter(Boolean)].join(", ");
   };
 
   time.toggle = () => {
@@ -93,6 +107,15 @@ export function makeTimeline(el, { went, keyChosen }) {
     context.beginPath();
     context.rect(LEFT, 0, wide - LEFT - RIGHT + 6, tall);
     context.clip();
+    for (const { first, last, color } of time.again) {
+      const [left, right] = [x(first), x(last)];
+      context.globalAlpha = 0.16;
+      context.fillStyle = color;
+      context.fillRect(left, TOP, right - left, bottom - TOP);
+      context.globalAlpha = 1;
+      context.fillRect(left, bottom - 2, right - left, 3);
+      for (const end of [left, right]) context.fillRect(end - 1, bottom - 7, 2, 8);
+    }
     for (const { values, first, color, chosen } of time.curves) {
       context.beginPath();
       values.forEach((value, t) => context[t ? "lineTo" : "moveTo"](x(t + first), y(value)));
@@ -145,15 +168,14 @@ export function makeTimeline(el, { went, keyChosen }) {
   strip.time = time; // for tests
   new ResizeObserver(time.draw).observe(strip);
 
-  time.key = (event) => {
-    const step = event.shiftKey ? 10 : 1;
-    if (event.key === " ") time.toggle();
-    else if (event.key === "ArrowLeft") time.go(time.frame - step);
-    else if (event.key === "ArrowRight") time.go(time.frame + step);
-    else if (event.key === "Home") time.go(time.first);
-    else if (event.key === "End") time.go(time.last);
-    else return false;
-    return true;
-  };
+  const step = (event) => (event.shiftKey ? 10 : 1);
+  time.keys = [
+    key(" ", "Play and stop", time.toggle),
+    key("ArrowLeft", "A frame back; with Shift ten", (event) => time.go(time.frame - step(event))),
+    key("ArrowRight", "A frame on; with Shift ten", (event) => time.go(time.frame + step(event))),
+    key("Home", "The first frame", () => time.go(time.first)),
+    key("End", "The last frame", () => time.go(time.last)),
+  ];
+  time.key = (event) => press(time.keys, event);
   return time;
 }

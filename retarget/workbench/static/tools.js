@@ -1,5 +1,8 @@
-// The tools of the capture desk: box, outline, scribbles, colour, and dragging a key's points.
+// The tools of the capture desk: box, outline, scribbles, colour, and dragging a key's points, or the pivot.
+import { makeBoxKeys } from "./boxkeys.js";
 import { make } from "./dom.js";
+import { makeHandles } from "./handles.js";
+import { key, press } from "./keys.js";
 import { paintLine } from "./view.js";
 
 const TOOLS = {
@@ -9,10 +12,11 @@ const TOOLS = {
   outside: ["Is not", "d", "Scribble on what is not the part"],
   color: ["Colour", "c", "Click on the part's colour"],
   points: ["Points", "v", "Drag points of a key; Shift drags one alone"],
+  pivot: ["Pivot", "p", "Drag the cross that the part turns about"],
 };
 const NEAR = 12; // pixels of the screen within which a point is caught
 
-export function makeTools(rail, view, { bench, desk, act, time, keyHere, part }) {
+export function makeTools(rail, view, { bench, desk, act, time, keyHere, part, changed }) {
   let tool = "box";
   let touched = false; // whether a person chose the tool
   let line = null; // what is being drawn, in the picture's pixels
@@ -23,11 +27,40 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part })
     rail.append(buttons[name]);
   }
 
+  const boxed = makeBoxKeys(view, { bench, act, time, part, changed: () => (changed(), view.draw()) });
+
+  let grip = {}; // the outline from before the point that is held was moved
+  const handles = makeHandles(bench, {
+    what: "point",
+    count: () => keyHere()?.outline.length ?? 0,
+    place: (n) => keyHere().outline[n],
+    chosen: (n) => {
+      desk.point = n;
+      if (n >= 0 && tool !== "points") choose("points", true);
+      changed();
+      view.draw();
+    },
+    send: async (index, to, gesture) => {
+      const [own, name] = [keyHere(), part().name];
+      if (grip.gesture !== gesture) grip = { gesture, from: own.outline };
+      const moved = (desk.moved = { part: name, key: own.name, points: dragged(grip.from, index, to, desk.reach) });
+      view.draw();
+      await act("drag_point", { part: name, key: own.name, index, to, reach: desk.reach }, { newest: "drag", gesture });
+      if (desk.moved === moved) desk.moved = null;
+      view.draw();
+    },
+  });
+
   function choose(name, byHand = false) {
+    if (boxed.open) boxed.leave();
+    if (name === "pivot" && part()) time.go(part().keys[0].frame); // a pivot is told in the first key's frame
+    if (name !== "points") handles.leave();
     tool = name;
     touched = byHand;
     for (const [other, element] of Object.entries(buttons)) element.setAttribute("aria-pressed", String(other === name));
-    view.canvas.style.cursor = name === "points" ? "default" : "crosshair";
+    view.canvas.style.cursor = name === "points" ? "default" : name === "pivot" ? "move" : "crosshair";
+    desk.toolChanged?.();
+    view.draw();
   }
   choose("box");
 
@@ -44,8 +77,21 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part })
     return found;
   }
 
+  // The pivot as it was told, or else the middle of the first key's outline; null where that is not known yet.
+  function pivot() {
+    const one = part();
+    if (desk.pivot?.part === one?.name) return desk.pivot.at;
+    const outline = one?.keys[0].outline ?? [];
+    if (one?.pivot || !outline.length) return one?.pivot ?? null;
+    const sum = outline.reduce(([x, y], point) => [x + point[0], y + point[1]], [0, 0]);
+    return sum.map((value) => value / outline.length);
+  }
+  const isPivotHere = () => tool === "pivot" && part() && time.frame === part().keys[0].frame;
+  const sendPivot = (at) => act("pivot", { part: desk.pivot.part, at }, { newest: "drag", gesture: desk.pivot.gesture });
+
   view.canvas.addEventListener("pointerdown", (event) => {
     if (event.button !== 0 || !part()) return;
+    if (boxed.open) boxed.leave();
     view.canvas.setPointerCapture(event.pointerId);
     const at = view.toPicture(event);
     if (tool === "points") {
@@ -53,6 +99,8 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part })
       const key = keyHere();
       desk.point = index;
       if (index >= 0) drag = { index, key: key.name, part: part().name, from: key.outline, reach: event.shiftKey ? 0 : desk.reach, gesture: bench.gesture() };
+    } else if (tool === "pivot") {
+      if (isPivotHere()) desk.pivot = { part: part().name, at, gesture: bench.gesture() };
     } else if (tool === "color") act("color", { frame: time.frame, at });
     else line = [at, at];
     view.draw();
@@ -63,6 +111,9 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part })
     if (drag) {
       desk.moved = { part: drag.part, key: drag.key, points: dragged(drag.from, drag.index, at, drag.reach) };
       send(at);
+    } else if (desk.pivot) {
+      desk.pivot.at = at;
+      sendPivot(at);
     } else if (line && tool === "box") line[1] = at;
     else if (line && Math.hypot(at[0] - line.at(-1)[0], at[1] - line.at(-1)[1]) > 1.5) line.push(at);
     else if (tool === "points") {
@@ -85,6 +136,11 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part })
       await sent;
       if (desk.moved === moved) desk.moved = null;
     }
+    if (desk.pivot) {
+      const dropped = desk.pivot;
+      await sendPivot(view.toPicture(event));
+      if (desk.pivot === dropped) desk.pivot = null;
+    }
     if (line) {
       const [drawn, frame] = [line, time.frame];
       line = null;
@@ -98,18 +154,25 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part })
     view.draw();
   });
 
+  const keys = [
+    ...Object.entries(TOOLS).map(([name, [, letter, what]]) => key(letter, what, () => choose(name, true))),
+    key("x", "A box round what moves; arrows then move it", () => (choose("box", true), boxed.begin())),
+  ];
+
   return {
     choose,
+    isPivot: () => tool === "pivot",
     // Who has told the part will want to drag points, unless another tool was taken on purpose.
     changed(told) {
       if (!touched || !told) choose(told ? "points" : tool === "points" ? "box" : tool, touched && !told);
     },
-    key(event) {
-      const found = Object.entries(TOOLS).find(([, [, key]]) => key === event.key.toLowerCase());
-      if (found) choose(found[0], true);
-      return Boolean(found);
-    },
+    boxed,
+    handles,
+    keys,
+    key: (event) => boxed.key(event) || press(keys, event),
     paint(context) {
+      boxed.paint(context);
+      if (isPivotHere() && pivot()) paintCross(context, view.toScreen(pivot()));
       if (!line) return;
       if (tool === "box") {
         const [[x, y], [right, bottom]] = line;
@@ -120,6 +183,20 @@ export function makeTools(rail, view, { bench, desk, act, time, keyHere, part })
       }
     },
   };
+}
+
+function paintCross(context, [x, y]) {
+  for (const [color, width] of [["rgba(0, 0, 0, 0.8)", 5], ["#fff", 2]]) {
+    context.strokeStyle = color;
+    context.lineWidth = width;
+    context.beginPath();
+    context.arc(x, y, 5, 0, 2 * Math.PI);
+    for (const [byX, byY] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      context.moveTo(x + 5 * byX, y + 5 * byY);
+      context.lineTo(x + 14 * byX, y + 14 * byY);
+    }
+    context.stroke();
+  }
 }
 
 // As the server has it (parts.dragged), so that the hand sees at once what will be kept.

@@ -3,11 +3,15 @@
 //
 // A desk is a module with `title` and mount(el, bench) -> {changed(sections), key(event), shown(), hidden()}:
 // `changed` is called after every change of the state (bench.state holds all of it) while the desk is seen, `shown` and
-// `hidden` when its tab comes and goes; `key` returns true where it took a key.
+// `hidden` when its tab comes and goes; `key` returns true where it took a key.  `dropped(files)`, if there is one,
+// returns true where the desk took what was dropped on the page.
+import { makeArrivals } from "./arrivals.js";
 import { makeBench } from "./bench.js";
 import * as capture from "./capture.js";
 import { button, fill, make } from "./dom.js";
 import { filesPanel } from "./files.js";
+import { makeHelp } from "./help.js";
+import { key, press } from "./keys.js";
 import * as posing from "./posing.js";
 import * as stage from "./stage.js";
 
@@ -23,8 +27,9 @@ function render({ model, el }) {
   const undo = button("Undo", "Ctrl+Z", () => bench.act("undo"));
   const redo = button("Redo", "Ctrl+Shift+Z", () => bench.act("redo"));
   const files = button("Open…", "", () => bench.act("folder.close"));
+  const keys = button("?", "", () => help());
   const work = make("div.work", { hidden: true });
-  const bar = make("header.bar", {}, make("strong", {}, "tooncap"), files, opened, tabs, make("div.space"), work, undo, redo);
+  const bar = make("header.bar", {}, make("h1.brand", {}, "tooncap"), files, opened, tabs, make("div.space"), work, undo, redo, keys);
   const said = make("div.said", { role: "status", "aria-live": "polite", hidden: true });
   const room = make("main.room");
   const start = make("section.start");
@@ -39,20 +44,36 @@ function render({ model, el }) {
     room.append(place);
     desks[name] = { tab, place, desk: desk.mount(place, bench) };
   }
-  const panel = filesPanel(start, bench);
+  const takes = (files) => isOpen() && Boolean(desks[current]?.desk.dropped?.(files));
+  const panel = filesPanel(start, bench, makeArrivals(root, bench, takes));
 
   function choose(name) {
     if (desks[current]) desks[current].desk.hidden?.();
     current = name;
+    const held = focused();
     for (const [other, { tab, place }] of Object.entries(desks)) {
       place.hidden = other !== name || !isOpen();
       tab.setAttribute("aria-selected", String(other === name));
     }
     if (isOpen()) desks[name].desk.shown?.();
+    settle(held);
+  }
+
+  // What had the focus may be hidden now, or have nothing more to do: then it goes to where the work goes on.
+  const focused = () => [root.getRootNode().activeElement].find((one) => root.contains(one));
+  function settle(held) {
+    const now = focused();
+    if (!held || (now?.checkVisibility() && !now.disabled)) return;
+    const next = held === undo ? redo : held === redo ? undo : null;
+    if (next && !next.disabled && next.checkVisibility()) next.focus();
+    else (isOpen() ? desks[current].place.querySelector("canvas.view") : start.querySelector("button:enabled"))?.focus({ preventScroll: true });
   }
 
   // Where there is no clip there is nothing to capture: a figure is posed, a motion is lent to others.
   const firstDesk = () => (bench.state.posing.figure ? "posing" : bench.state.stage.motion && !bench.state.capture.clip ? "stage" : "capture");
+  bench.show = choose; // for what a desk cannot do itself, such as to capture
+
+  const wantsDrawing = () => Boolean(bench.state.capture.motion && !bench.state.capture.stale && !bench.state.stage.cast);
   const isOpen = () => Boolean(bench.state.folder?.at?.open);
 
   let timer = 0;
@@ -67,7 +88,7 @@ function render({ model, el }) {
   bench.on("refused", (sentence) => say(sentence));
   bench.on("told", (event) => {
     const again = button("Read it again", "", () => (say(""), bench.act("reload")));
-    say(event.sentence, { stays: true, more: [again] });
+    say(event.sentence, { stays: event.why !== "saved", good: event.why === "saved", more: event.why === "elsewhere" ? [again] : [] });
   });
   bench.on("connection", ({ open }) => say(open ? "" : "The workbench is not running: start it again, this page will find it.", { stays: !open }));
   bench.on("progress", ({ label, done, total }) => {
@@ -82,6 +103,7 @@ function render({ model, el }) {
   });
   bench.on("state", (changed) => {
     const wasOpen = !start.hidden;
+    const held = focused();
     const at = bench.state.folder.at;
     opened.textContent = at.open;
     document.title = at.open ? `${at.open} · tooncap` : "tooncap";
@@ -93,20 +115,38 @@ function render({ model, el }) {
     redo.title = bench.redo ? `Redo: ${bench.redo} (Ctrl+Shift+Z)` : "Nothing to redo";
     work.hidden = work.hidden || !bench.running;
     panel.changed(changed);
+    desks.stage.tab.classList.toggle("next", wantsDrawing());
     if (!current || wasOpen !== !isOpen()) choose(firstDesk());
     else if (isOpen()) desks[current].desk.changed?.(changed);
+    settle(held);
   });
 
+  const beside = (by) => {
+    const names = Object.keys(DESKS);
+    choose(names[(names.indexOf(current) + by + names.length) % names.length]);
+    if (root.contains(root.getRootNode().activeElement)) desks[current].tab.focus();
+  };
+  const WITH_COMMAND = [
+    key("z", "Undo; with Shift redo", (event) => bench.act(event.shiftKey ? "redo" : "undo"), "Ctrl+Z"),
+    key("y", "Redo", () => bench.act("redo"), "Ctrl+Y"),
+  ];
+  const ALWAYS = [
+    key("Escape", "Stop what is running", () => (bench.running ? bench.act("cancel") : said.hidden ? false : say("")), "Esc"),
+    key("PageDown", "The next desk", () => isOpen() && beside(1)),
+    key("PageUp", "The desk before", () => isOpen() && beside(-1)),
+    key("?", "This list", () => help()),
+  ];
+  const show = makeHelp(root);
+  const help = () => show({ ...(isOpen() && { [DESKS[current].title]: desks[current].desk.keys ?? [] }), Everywhere: [...WITH_COMMAND, ...ALWAYS] });
+
   root.addEventListener("keydown", (event) => {
-    if (event.target.matches?.("input:not([type=range]), textarea, select")) return;
+    if (event.target.matches?.("input:not([type=range], [type=checkbox], [type=radio]), textarea, select")) return;
     const command = event.ctrlKey || event.metaKey;
-    const key = event.key.toLowerCase();
-    let taken = true;
-    if (command && key === "z") bench.act(event.shiftKey ? "redo" : "undo");
-    else if (command && key === "y") bench.act("redo");
-    else if (key === "escape" && bench.running) bench.act("cancel");
-    else if (command || event.altKey || !isOpen()) taken = false;
-    else taken = Boolean(desks[current]?.desk.key?.(event));
+    let taken;
+    if (command && press(WITH_COMMAND, event)) taken = true;
+    else if (event.altKey) taken = false;
+    else if (event.target.matches?.("[role=tab]") && /^Arrow(Left|Right)$/.test(event.key)) beside(event.key === "ArrowLeft" ? -1 : 1), (taken = true);
+    else taken = (isOpen() && desks[current]?.desk.key?.(event)) || (!command && press(ALWAYS, event));
     if (taken) event.preventDefault();
   });
   // In a page of its own keys work wherever the focus is.

@@ -137,8 +137,9 @@ def test_a_key_with_lines_and_arcs_still_plays_once_it_was_corrected(session, ho
 
 def test_what_was_corrected_is_no_drawing_to_be_chosen(session, hop):
     hop.done(session, "stage.pull", part="egg", key="lean", at=[180, 110], to=[200, 100], reach=60)
-    shown = session.shown()["changed"]["stage"]["drawings"]
-    assert sorted(shown) == ["worm_lean.svg", "worm_sit.svg"]
+    offers = session.shown()["changed"]["stage"]["offers"]
+    own = [file for offer in offers for file in offer["files"] if not file.startswith("built-in:")]
+    assert sorted(own) == ["worm_lean.svg", "worm_sit.svg"]
 
 
 @pytest.mark.parametrize(

@@ -67,7 +67,7 @@ def test_the_page_and_its_modules_come_to_who_holds_the_token(serving):
     assert got(serving, "/static/workbench.js")[0] == 200
 
 
-@pytest.mark.parametrize("path", ["/", "/?token=", "/?token=wrong", "/nothing"])
+@pytest.mark.parametrize("path", ["/?token=", "/?token=wrong", "/nothing", "/nothing?token="])
 def test_without_the_right_token_there_is_no_page(serving, path):
     assert got(serving, path)[0] == 403
 

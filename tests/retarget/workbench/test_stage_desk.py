@@ -73,6 +73,55 @@ def test_an_export_is_a_file_of_its_kind_and_is_named_in_the_end(session, hop, k
     assert file.name in said and file.read_bytes().startswith(begins) and file.stat().st_size > 100
 
 
+def test_what_was_exported_can_be_had_from_the_page_and_nothing_else_can(session, hop):
+    hop.done(session, "stage.play", files=worms(session))
+    (session.state.folder / "hop.secret").write_text("mine")
+    (session.state.folder / "hop.retarget.mp4").write_text("made by somebody else")
+    ended(session, hop, "export", kind=".gif")
+    (one,) = session.shown()["changed"]["stage"]["made"]
+    file = session.state.folder / "hop.retarget.gif"
+    assert (one["file"], one["path"], one["bytes"]) == (file.name, str(file), file.stat().st_size)
+    assert "16 frames" in one["said"] and "captured to within" in one["said"]
+    (seen,) = session.act({"look": "stage.made", "file": file.name})
+    assert (seen["type"], seen["data"], seen["size"]) == ("image/gif", file.read_bytes(), file.stat().st_size)
+    (rest,) = session.act({"look": "stage.made", "file": file.name, "at": 100})
+    assert rest["data"] == file.read_bytes()[100:]
+    for other in ("hop.secret", "hop.retarget.mp4", "hop.motion.json", "../hop.gif", "/etc/hostname", "hop\0", ""):
+        assert "only what was exported here" in hop.refused(session, {"look": "stage.made", "file": other})
+    hop.done(session, "folder.close")
+    assert "only what was exported here" in hop.refused(session, {"look": "stage.made", "file": file.name})
+
+
+def test_an_export_is_of_the_performance_that_it_was_made_of(session, hop):
+    hop.done(session, "stage.play", files=worms(session))
+    ended(session, hop, "export", kind=".gif")
+    shown = session.shown()["changed"]["stage"]
+    assert shown["made"][0]["of"] == shown["number"]
+    hop.done(session, "stage.stand", who="egg", height=0.5)
+    shown = session.shown()["changed"]["stage"]
+    assert shown["made"][0]["of"] != shown["number"]
+
+
+def test_a_cast_that_is_opened_again_shows_all_that_it_showed_when_it_was_made(session, hop):
+    hop.done(session, "stage.play", files=worms(session))
+    before = session.shown()["changed"]["stage"]
+    again = Session(session.state.folder, "hop.motion.json")
+    after = again.shown()["changed"]["stage"]
+    assert [set(key) for key in after["cast"]["parts"][0]["keys"]] == [
+        set(key) for key in before["cast"]["parts"][0]["keys"]
+    ]
+    assert after["plays"] == before["plays"] == worms(session)
+    again.close()
+
+
+def test_drawings_are_seen_small_built_in_ones_too_and_nothing_outside_is(session, hop):
+    for file in (worms(session)[0], "built-in:pumpkin.svg"):
+        small = seen(session, "small", file=file)
+        assert max(small.shape) == 80 and small.std() > 10
+    for file in ("../x.svg", "built-in:../write.py"):
+        hop.refused(session, {"look": "stage.small", "file": file})
+
+
 def test_a_taller_character_is_taller_without_learning_its_drawings_again(session, hop, monkeypatch):
     hop.done(session, "stage.play", files=worms(session))
     inked = [(seen(session, "frame", frame=0) < 250).any(axis=(1, 2)).sum()]
@@ -128,7 +177,7 @@ def test_a_file_is_loaded_piece_by_piece_and_takes_no_other_s_place(session, hop
             hop.done(session, "stage.load", name="new.svg", at=at, data=piece, last=at + 4000 >= len(data))
         assert (session.state.folder / name).read_bytes() == data
         data = data[::-1]
-    assert not list(session.state.folder.glob(".*upload"))
+    assert not list(session.state.folder.glob(".upload*"))
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,8 @@ import shapely
 
 from capture.motion import tracks
 from capture.pictures.shot import read_shot
+from retarget.cli import main
+from retarget.workbench import capture_work
 from retarget.workbench.session import Session
 
 
@@ -55,6 +57,76 @@ def test_a_mended_frame_becomes_a_key_that_lies_where_it_was_captured(hop, captu
     assert session.shown()["changed"]["capture"]["stale"]
     hop.done(session, "undo")
     assert not session.shown()["changed"]["capture"]["stale"]
+
+
+def test_a_mended_frame_is_tracked_again_between_its_keys_and_the_rest_stays(hop, folder):
+    session, told = Session(folder, "hop.mp4"), []
+    for t in (0, 12, 24):
+        hop.done(session, "capture.outline", part="character", frame=t, points=hop.ring(t))
+    assert "capture first" in hop.refused(session, {"work": "capture.again"})
+    session.act({"work": "capture.capture"})
+    hop.finished(session)
+    before = session.state.motion
+    hop.done(session, "capture.fix_frame", part="character", frame=18)
+    shown = session.shown()["changed"]["capture"]
+    assert shown["stale"] and shown["again"] == {
+        "ranges": [{"part": "character", "first": 12, "last": 24}],
+        "whole": "",
+    }
+    session.listen(told.append)
+    session.act({"work": "capture.again"})
+    hop.finished(session)
+    assert told[-1]["sentence"] == "Tracked again: character in 12 to 24." and told[-1]["made"]
+    after = session.state.motion
+    outside = [*range(13), *range(24, hop.frames)]
+    assert np.abs(after.points("character") - before.points("character"))[outside].max() < 1e-6
+    assert np.abs(after.points("character")[18, : hop.points] - before.points("character")[18, : hop.points]).max() < 1
+    assert not session.shown()["changed"]["capture"]["stale"]
+    again = Session(folder, "hop.shot.toml")
+    assert not again.shown()["changed"]["capture"]["stale"]  # the motion's own file tells what it is of
+    hop.done(session, "undo")
+    assert session.state.motion is before
+    assert Session(folder, "hop.shot.toml").shown()["changed"]["capture"]["stale"]
+    hop.done(session, "capture.drag_point", part="character", key="rest", index=0, to=[91.0, 130.0])
+    assert "first key" in session.shown()["changed"]["capture"]["again"]["whole"]
+    session.act({"work": "capture.again"})
+    hop.finished(session)
+    assert told[-1]["sentence"].startswith("The whole was captured, for the first key")
+
+
+def test_the_command_line_tracks_again_what_the_shot_s_file_says_was_changed(hop, captured, tmp_path, capsys):
+    for name in ("hop.mp4", "hop.shot.toml", "hop.motion.json"):
+        (tmp_path / name).write_bytes((captured[0].state.folder / name).read_bytes())
+    shot, out = str(tmp_path / "hop.shot.toml"), str(tmp_path / "hop.motion.json")
+    assert main(["capture", shot, "-o", out, "--again"]) == 0
+    assert "nothing had to be tracked again" in capsys.readouterr().out
+    assert main(["capture", shot, "-o", out, "--again", "--refine"]) == 2
+    assert main(["capture", shot, "-o", str(tmp_path / "none.motion.json"), "--again"]) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert len(said) == 2 and "give one of the two" in said[0] and "there is no" in said[1]
+
+
+def test_a_part_told_by_a_box_keeps_its_drawings_when_a_frame_is_mended(hop, folder):
+    session = Session(folder, "hop.mp4")
+    hop.done(session, "capture.box", part="character", frame=0, box=hop.around(0))
+    session.act({"work": "capture.capture"})
+    hop.finished(session)
+    hop.done(session, "capture.fix_frame", part="character", frame=20)
+    assert session.shown()["changed"]["capture"]["again"]["ranges"] == [{"part": "character", "first": 0, "last": 35}]
+    hop.done(session, "capture.pivot", part="character", at=[50, 120])
+    assert session.state.shot.parts[0].pivot == (50, 120)
+    hop.done(session, "capture.pivot", part="character")
+    assert session.state.shot.parts[0].pivot is None
+
+
+def test_refining_is_offered_only_where_it_can_be_done(hop, session, monkeypatch):
+    hop.done(session, "capture.outline", part="character", frame=0, points=hop.ring())
+    monkeypatch.setattr(capture_work, "find_spec", lambda name: None)
+    capture_work.why_not_refined.cache_clear()
+    assert "torch" in session.shown()["changed"]["capture"]["refining"]
+    assert "pip install" in hop.refused(session, {"work": "capture.capture", "refined": True})
+    monkeypatch.undo()
+    capture_work.why_not_refined.cache_clear()
 
 
 def test_undoing_a_capture_takes_its_file_and_redoing_it_brings_it_back(hop, captured):
