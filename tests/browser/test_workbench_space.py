@@ -19,7 +19,7 @@ from retarget.workbench.orbit import turned
 from retarget.workbench.session import Session
 from retarget.workbench.staged import played_of
 
-VIEW = "document.querySelector('[aria-label=Stage] canvas[role=img]')"
+VIEW = "document.querySelector('[aria-label=Stage] canvas.view')"
 DRAWN = f"""async ([t, turn, tilt]) => {{
     const view = {VIEW}.view, orbit = {VIEW}.scene.orbit, [width, height] = view.size;
     Object.assign(view, {{ scale: 1, x: 8, y: 4 }});
@@ -221,7 +221,7 @@ def test_a_drag_turns_the_model_about_where_it_is_and_a_double_click_brings_it_b
     role = played_of(opened.session.state).performance.roles[0]
     t = page.evaluate("document.querySelector('[aria-label=Stage] canvas.strip').time.frame")
     middle = ((role.mesh()[t].min(axis=0) + role.mesh()[t].max(axis=0)) / 2).tolist()
-    box = page.locator("[aria-label=Stage] canvas[role=img]").bounding_box()
+    box = page.locator("[aria-label=Stage] canvas.view").bounding_box()
     page.mouse.move(box["x"] + 400, box["y"] + 200)
     page.mouse.down()
     page.mouse.move(box["x"] + 520, box["y"] + 230, steps=4)
@@ -251,7 +251,7 @@ def test_where_there_is_no_card_at_all_a_turned_model_is_seen_all_the_same(launc
     without = launch("--disable-gpu", "--disable-3d-apis")
     with _page(without, folder) as opened:
         page = opened.page
-        box = page.locator("[aria-label=Stage] canvas[role=img]").bounding_box()
+        box = page.locator("[aria-label=Stage] canvas.view").bounding_box()
         page.evaluate(f"window.before = {VIEW}.view.picture")
         page.mouse.move(box["x"] + 400, box["y"] + 200)
         page.mouse.down()
