@@ -106,7 +106,7 @@ def _seen(browser: Any, session: Any, frame: int) -> NDArray:
 
     from PIL import Image
 
-    from retarget.workbench import server
+    from retarget.workbench.serving import server
 
     serving = server.start(session)
     try:

@@ -18,7 +18,7 @@ def workbench(file: Path | None = None, *, no_open: bool = False) -> str:
     import webbrowser
 
     from capture.errors import InputError
-    from retarget.workbench import server
+    from retarget.workbench.serving import server
     from retarget.workbench.session import Session
 
     at = Path() if file is None else file

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from capture.errors import InputError
-from retarget.workbench import server, wire
+from retarget.workbench.serving import server, wire
 from retarget.workbench.session import Session
 
 LOCAL = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d+)?")
@@ -95,12 +95,16 @@ class Talk:
 @cache
 def module() -> str:
     """All of the page's modules as one: they find each other by addresses that the browser makes for them."""
-    sources = {file.name: file.read_text(encoding="utf-8") for file in sorted(server.STATIC.glob("*.js"))}
+    found = {file.relative_to(server.STATIC).as_posix(): file for file in sorted(server.STATIC.rglob("*.js"))}
+    sources = {name: file.read_text(encoding="utf-8") for name, file in found.items()}
     return f"""const SOURCES = {json.dumps(sources)};
 const made = {{}};
 function address(name) {{
   const text = () =>
-    SOURCES[name].replace(/(\\bfrom\\s*)"\\.\\/([^"]+)"/g, (_, from, other) => `${{from}}"${{address(other)}}"`);
+    SOURCES[name].replace(/(\\bfrom\\s*)"(\\.[^"]+)"/g, (_, from, other) => {{
+      const found = new URL(other, `x:/${{name}}`).pathname.slice(1);
+      return `${{from}}"${{address(found)}}"`;
+    }});
   return (made[name] ??= URL.createObjectURL(new Blob([text()], {{ type: "text/javascript" }})));
 }}
 const {{ default: notebook }} = await import(address("notebook.js"));

@@ -56,7 +56,7 @@ def _drags(shown):
 
 
 def _dragged(shown, drag, folder, figure, joints):
-    from retarget.workbench import server
+    from retarget.workbench.serving import server
     from retarget.workbench.session import Session
 
     session = Session(folder)
@@ -77,7 +77,7 @@ def _scrubs(shown):
     """Frames a second of a clip, 640 x 480, each drawn; a page that has seen none of them begins anew each time."""
     from capture.pictures.encode import write_clip
     from fixtures import hat
-    from retarget.workbench import server
+    from retarget.workbench.serving import server
     from retarget.workbench.session import Session
 
     with tempfile.TemporaryDirectory() as folder:

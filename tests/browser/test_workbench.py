@@ -11,7 +11,7 @@ from capture.motion import tracks
 from capture.pictures.encode import write_clip
 from capture.pictures.shot import read_shot
 from fixtures import hat
-from retarget.workbench import server
+from retarget.workbench.serving import server
 from retarget.workbench.session import Session
 
 SHOWN = (0, 2, 4, 6, 8, 10, 14, 18, 22, 26, 28, 30, 32)

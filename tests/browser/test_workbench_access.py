@@ -13,7 +13,7 @@ from capture.pictures.encode import write_clip
 from fixtures import frog, hat, skeletons, write
 from mocap.skeletons.bvh import write_bvh
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
-from retarget.workbench import server
+from retarget.workbench.serving import server
 from retarget.workbench.session import Session
 
 SHOWN = (0, 2, 4, 6, 8, 10, 14, 18)

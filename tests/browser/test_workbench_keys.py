@@ -11,8 +11,10 @@ from capture.motion import tracks
 from capture.pictures.encode import write_clip
 from capture.pictures.shot import write_shot
 from fixtures import frog, walker, write
-from retarget.workbench import pictures, redraw, server
+from retarget.workbench import pictures
+from retarget.workbench.serving import server
 from retarget.workbench.session import Session
+from retarget.workbench.staging import redraw
 
 VIEW = "document.querySelector('[aria-label=Stage] canvas.view').view"
 COLOR = f"""([x, y]) => {{

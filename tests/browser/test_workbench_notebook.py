@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from capture.pictures.encode import write_clip
-from retarget.workbench import server, widget
+from retarget.workbench import widget
+from retarget.workbench.serving import server
 from retarget.workbench.session import Session
 
 # A notebook's model: messages for the workbench go through a tunnel, as the notebook's channel would carry them.

@@ -9,7 +9,7 @@ from fixtures import skeletons
 from fixtures.write import CHARACTERS
 from mocap.skeletons.bvh import read_bvh, write_bvh
 from mocap.skeletons.skeleton import Skeleton, SkeletonMotion
-from retarget.workbench import server
+from retarget.workbench.serving import server
 from retarget.workbench.session import Session
 
 DRAG = """async (name) => {

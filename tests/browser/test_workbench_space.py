@@ -14,10 +14,11 @@ import pytest
 from capture.motion import tracks
 from fixtures import frog, walker, write
 from retarget.stage import draw2d
-from retarget.workbench import server, solids
-from retarget.workbench.orbit import turned
+from retarget.workbench.serving import server
 from retarget.workbench.session import Session
-from retarget.workbench.staged import played_of
+from retarget.workbench.staging import solids
+from retarget.workbench.staging.orbit import turned
+from retarget.workbench.staging.staged import played_of
 
 VIEW = "document.querySelector('[aria-label=Stage] canvas.view')"
 DRAWN = f"""async ([t, turn, tilt]) => {{

@@ -10,8 +10,9 @@ import pytest
 from capture.motion import tracks
 from capture.pictures.decode import read_clip
 from fixtures import frog, write
-from retarget.workbench import playing, server
+from retarget.workbench.serving import server
 from retarget.workbench.session import Session
+from retarget.workbench.staging import playing
 
 STAGE = "document.querySelector('[aria-label=Stage]')"
 VIEW = f"{STAGE}.querySelector('canvas.view').view"

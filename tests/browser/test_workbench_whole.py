@@ -10,7 +10,7 @@ from PIL import Image
 from capture.motion import tracks
 from capture.pictures.encode import write_clip
 from fixtures import hat, write
-from retarget.workbench import server
+from retarget.workbench.serving import server
 from retarget.workbench.session import Session
 
 SHOWN = (0, 2, 4, 6, 8, 10, 14, 18, 22, 26, 28, 30, 32)

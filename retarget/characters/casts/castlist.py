@@ -86,3 +86,10 @@ class Cast:
     follow: tuple[tuple[float, float], ...] = ()
     keep: tuple[CastKeep, ...] = ()
     bodies: tuple[CastBody, ...] = ()
+
+
+def files_of(cast: Cast) -> list[Path]:
+    """All files that a cast names."""
+    names = [cast.background, *(body.drawing for body in cast.bodies)]
+    names += [name for part in cast.parts for name in (part.drawing, *(key.drawing for key in part.keys))]
+    return [cast.folder / name for name in names if name]

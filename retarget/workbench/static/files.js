@@ -1,5 +1,5 @@
 // What is seen while nothing is open: what to do first, and what lies in the folder.
-import { button, fill, make } from "./dom.js";
+import { button, fill, make } from "./shared/dom.js";
 
 const FIRST = ["shot", "motion", "clip", "bvh", "cast"]; // which file of one work is opened: it brings the others
 const HAS = { shot: "begun", motion: "captured", cast: "played" };

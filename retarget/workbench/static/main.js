@@ -2,7 +2,7 @@
 //
 // The token leaves the address bar at once, where everybody who looks at the screen would read it; the browser keeps it
 // for this server alone, so that the page can be loaded again, and a second time beside the first.
-import { make } from "./dom.js";
+import { make } from "./shared/dom.js";
 import { socketModel } from "./socket.js";
 import workbench from "./workbench.js";
 

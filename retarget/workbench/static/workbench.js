@@ -5,15 +5,15 @@
 // `changed` is called after every change of the state (bench.state holds all of it) while the desk is seen, `shown` and
 // `hidden` when its tab comes and goes; `key` returns true where it took a key.  `dropped(files)`, if there is one,
 // returns true where the desk took what was dropped on the page.
-import { makeArrivals } from "./arrivals.js";
+import { makeArrivals } from "./shared/arrivals.js";
 import { makeBench } from "./bench.js";
-import * as capture from "./capture.js";
-import { button, fill, make } from "./dom.js";
+import * as capture from "./capturing/desk.js";
+import { button, fill, make } from "./shared/dom.js";
 import { filesPanel } from "./files.js";
-import { makeHelp } from "./help.js";
-import { key, press } from "./keys.js";
-import * as posing from "./posing.js";
-import * as stage from "./stage.js";
+import { makeHelp } from "./shared/help.js";
+import { key, press } from "./shared/keys.js";
+import * as posing from "./posing/desk.js";
+import * as stage from "./staging/desk.js";
 
 const DESKS = { capture, stage, posing };
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from capture.motion import tracks
 from retarget.workbench import session as sessions
-from retarget.workbench import wire
+from retarget.workbench.serving import wire
 from retarget.workbench.session import Session
 from retarget.workbench.tables import DESKS
 

@@ -8,7 +8,7 @@ import pytest
 
 from capture.pictures.encode import write_clip
 from capture.pictures.shot import read_shot
-from retarget.workbench import sheets, upload
+from retarget.workbench.folder import sheets, upload
 from retarget.workbench.session import Session
 
 SPRITE = (20, 30)

@@ -9,9 +9,9 @@ import pytest
 
 from capture.motion import affine, keys, tracks
 from capture.motion.tracks import CartoonMotion, Track
-from retarget.workbench import limbs
 from retarget.workbench.session import Session
-from retarget.workbench.staged import played_of
+from retarget.workbench.staging import limbs
+from retarget.workbench.staging.staged import played_of
 
 SVG = """<svg xmlns="http://www.w3.org/2000/svg" width="320" height="240">
 <path d="M60 90 L160 90 L160 130 L60 130 Z" fill="#a06040"/>

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from retarget.workbench import listing
+from retarget.workbench.folder import listing
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fixtures import frog, hat
-from retarget.workbench import moving
+from retarget.workbench.capturing import moving
 
 
 @pytest.mark.parametrize("toon", [frog.frog(), hat.hat()], ids=["frog", "hat"])

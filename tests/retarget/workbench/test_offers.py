@@ -7,8 +7,8 @@ import pytest
 from capture.errors import InputError
 from fixtures import frog, hat, write
 from retarget.characters.casts import cast as casting
-from retarget.workbench import offers
 from retarget.workbench.session import Session
+from retarget.workbench.staging import offers
 
 CHARACTERS = write.CHARACTERS
 

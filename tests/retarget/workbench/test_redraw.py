@@ -9,9 +9,9 @@ from capture.motion import affine, tracks
 from retarget.characters.drawings import paths
 from retarget.characters.drawings.paths import DrawnPath
 from retarget.characters.drawings.svg import read_svg
-from retarget.workbench import redraw
 from retarget.workbench.session import Session
-from retarget.workbench.staged import played_of
+from retarget.workbench.staging import redraw
+from retarget.workbench.staging.staged import played_of
 
 ROUND = 4 / 3 * np.tan(np.pi / 8)  # how far control points of a quarter of a circle stand off, in radii
 

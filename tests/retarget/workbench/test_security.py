@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from capture.motion import tracks
-from retarget.workbench import impatient, server
 from retarget.workbench.desks import Desk, Seen
+from retarget.workbench.serving import impatient, server
 from retarget.workbench.session import Session
 
 websockets = pytest.importorskip("websockets")

@@ -8,7 +8,7 @@ import urllib.request
 
 import pytest
 
-from retarget.workbench import server
+from retarget.workbench.serving import server
 from retarget.workbench.session import Session
 
 websockets = pytest.importorskip("websockets")

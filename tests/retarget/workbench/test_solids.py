@@ -7,9 +7,9 @@ import pytest
 from capture.motion import tracks
 from retarget.characters.models.mesh import surface_of
 from retarget.characters.models.model import Material, Model
-from retarget.workbench import solids
 from retarget.workbench.session import Session
-from retarget.workbench.staged import played_of
+from retarget.workbench.staging import solids
+from retarget.workbench.staging.staged import played_of
 
 CUBE = "\n".join(
     [f"v {x} {y} {z}" for x in (-1, 1) for y in (0, 2) for z in (-1, 1)]

@@ -8,8 +8,8 @@ import pytest
 from capture.motion import tracks
 from capture.pictures.decode import read_clip
 from retarget.characters.casts.castfile import read_cast
-from retarget.workbench import orbit, playing
 from retarget.workbench.session import Session
+from retarget.workbench.staging import orbit, playing
 
 FRAMES = 16
 

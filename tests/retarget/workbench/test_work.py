@@ -13,7 +13,7 @@ import shapely
 from capture.motion import tracks
 from capture.pictures.shot import read_shot
 from retarget.cli import main
-from retarget.workbench import capture_work
+from retarget.workbench.capturing import work
 from retarget.workbench.session import Session
 
 
@@ -121,12 +121,12 @@ def test_a_part_told_by_a_box_keeps_its_drawings_when_a_frame_is_mended(hop, fol
 
 def test_refining_is_offered_only_where_it_can_be_done(hop, session, monkeypatch):
     hop.done(session, "capture.outline", part="character", frame=0, points=hop.ring())
-    monkeypatch.setattr(capture_work, "find_spec", lambda name: None)
-    capture_work.why_not_refined.cache_clear()
+    monkeypatch.setattr(work, "find_spec", lambda name: None)
+    work.why_not_refined.cache_clear()
     assert "torch" in session.shown()["changed"]["capture"]["refining"]
     assert "pip install" in hop.refused(session, {"work": "capture.capture", "refined": True})
     monkeypatch.undo()
-    capture_work.why_not_refined.cache_clear()
+    work.why_not_refined.cache_clear()
 
 
 def test_undoing_a_capture_takes_its_file_and_redoing_it_brings_it_back(hop, captured):

@@ -1,0 +1,73 @@
+"""Long work in a process of its own, so that the page stays quick, and nothing of it dies with the workbench."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Thread, Timer
+from typing import Any
+
+PATIENCE = 20.0  # seconds that cancelled work has to put away what it has done
+
+
+@dataclass(eq=False)
+class Running:
+    """Work that is being done."""
+
+    name: str
+    process: subprocess.Popen
+    cancelled: bool = False
+
+
+def start(name: str, arguments: dict[str, Any], hears: Callable[[Running, dict[str, Any]], None]) -> Running:
+    """Start a process that does the work called `name`.
+
+    `hears` is called from a thread with every message: progress, then one of result, refused or stopped.
+    """
+    import msgspec
+
+    root = str(Path(__file__).resolve().parents[3])
+    paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", "retarget.workbench.serving.worker"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+        start_new_session=True,  # a ^C in the terminal is not for it: it ends in its own way when its input does
+    )
+    running = Running(name, process)
+    process.stdin.write(msgspec.json.encode({"work": name, "arguments": arguments}) + b"\n")
+    process.stdin.flush()
+    Thread(target=_listen, args=(running, hears), daemon=True).start()
+    return running
+
+
+def cancel(running: Running) -> None:
+    """Stop the work; what a capture has done is kept, and it goes on from there next time."""
+    running.cancelled = True
+    running.process.stdin.close()
+    last = Timer(PATIENCE, running.process.kill)
+    last.daemon = True
+    last.start()
+
+
+def _listen(running: Running, hears: Callable[[Running, dict[str, Any]], None]) -> None:
+    import msgspec
+
+    ended = False
+    with running.process.stdout as told:
+        for line in told:
+            said = msgspec.json.decode(line)
+            ended = said["kind"] != "progress"
+            hears(running, said)
+            if ended:
+                break
+    running.process.wait()
+    if not running.process.stdin.closed:
+        running.process.stdin.close()
+    if not ended:
+        code = running.process.returncode
+        said = "stopped" if running.cancelled else f"the process died (exit code {code}): start it again"
+        hears(running, {"kind": "stopped", "sentence": said})
