@@ -21,13 +21,12 @@ from threading import RLock, Timer
 from typing import Any
 
 from capture.errors import InputError
-from retarget.workbench import desks, history, saving
+from retarget.workbench import desks, history, saving, working
 from retarget.workbench.desks import Desk
 from retarget.workbench.folder import desk as folder
 from retarget.workbench.folder import reach
 from retarget.workbench.history import History
 from retarget.workbench.saving import Saved
-from retarget.workbench.serving import working
 from retarget.workbench.state import State, pose_file
 
 Event = dict[str, Any]

@@ -15,7 +15,7 @@ from mocap.posing.choreography import write_dance
 from mocap.posing.postures import write_pool
 from mocap.posing.stance import write_stance
 from retarget.characters.casts.castfile import Cast, read_cast, write_cast
-from retarget.workbench.posing.figure import DANCE, POOL, STANCE, Figure, figure_of, is_figure
+from retarget.workbench.figure import DANCE, POOL, STANCE, Figure, figure_of, is_figure
 
 SHOT, MOTION, CAST = ".shot.toml", ".motion.json", ".cast.toml"
 DOCUMENTS = (SHOT, MOTION, CAST, POOL, DANCE, STANCE)

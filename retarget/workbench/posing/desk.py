@@ -13,10 +13,10 @@ from capture.errors import InputError
 from mocap.posing.poses import Pose
 from mocap.skeletons.skeleton import SkeletonMotion
 from retarget.characters.figures.dancer import Dancer
+from retarget.workbench import figure as figures
 from retarget.workbench.desks import Desk, Seen
-from retarget.workbench.posing import figure as figures
+from retarget.workbench.figure import FEEL, RUBBER
 from retarget.workbench.posing import files, fleshed, music, phrases, puppet
-from retarget.workbench.posing.figure import FEEL, RUBBER
 from retarget.workbench.posing.posed import Extent, File, Name, Number, figure_in, joint_of, numbers, with_figure
 from retarget.workbench.state import State, pose_file
 

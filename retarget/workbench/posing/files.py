@@ -9,8 +9,8 @@ from mocap.skeletons.skeleton import SkeletonMotion
 from retarget.characters.bodies.marked import MarkedDrawing
 from retarget.characters.figures.dancer import BUILT_IN, Dancer, read_dancer
 from retarget.workbench.desks import Work
+from retarget.workbench.figure import RUBBER, Figure, figure_of
 from retarget.workbench.posing import music
-from retarget.workbench.posing.figure import RUBBER, Figure, figure_of
 from retarget.workbench.posing.posed import figure_in
 from retarget.workbench.state import State, file_of
 

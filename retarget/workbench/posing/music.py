@@ -14,8 +14,8 @@ from mocap.posing.beats import FASTEST, SLOWEST, Beats, danced, read_beats, stea
 from mocap.posing.sounds import SOUNDS
 from mocap.posing.stance import PACES, Music
 from retarget.workbench.desks import Seen, Work
+from retarget.workbench.figure import Figure
 from retarget.workbench.folder import upload
-from retarget.workbench.posing.figure import Figure
 from retarget.workbench.posing.posed import File, Number, figure_in, with_figure
 from retarget.workbench.state import State
 

@@ -7,7 +7,7 @@ from msgspec import Meta
 
 from capture.errors import InputError
 from mocap.posing.choreography import Dance, Phrase, Step, checked
-from retarget.workbench.posing.figure import BEATS, Figure
+from retarget.workbench.figure import BEATS, Figure
 from retarget.workbench.posing.posed import Extent, Name, Number, figure_in, with_figure
 from retarget.workbench.state import State
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from capture.errors import InputError
 from retarget.workbench.desks import Seen
-from retarget.workbench.posing.figure import Figure
+from retarget.workbench.figure import Figure
 from retarget.workbench.state import State
 
 Number = Annotated[int, Meta(ge=0, le=10_000_000)]

@@ -1,4 +1,1 @@
-"""How a session reaches a page, and nobody else; and how long work is done beside it.
-
-Read `working` and `worker`, `wire`, `impatient`, then `server`.
-"""
+"""How a session reaches a page on this machine, and nobody else: read `wire`, `impatient`, then `server`."""

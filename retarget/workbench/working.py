@@ -28,10 +28,10 @@ def start(name: str, arguments: dict[str, Any], hears: Callable[[Running, dict[s
     """
     import msgspec
 
-    root = str(Path(__file__).resolve().parents[3])
+    root = str(Path(__file__).resolve().parents[2])
     paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "retarget.workbench.serving.worker"],
+        [sys.executable, "-P", "-m", "retarget.workbench.worker"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
