@@ -2,6 +2,7 @@
 
 Read `figure` and `state` (what is worked on, and its files), `history` (undo), `desks` (what a desk is, and how
 messages reach its actions), `saving`, `working` and `worker` (what takes long, in a process of its own), `session`
-(messages in, events out; no screen needed); then the rooms of the desks, `folder`, `capturing`, `staging` and `posing`, which
-`tables` lists; then `serving`, and `widget`, the same in a notebook.  The page is in `static`, in rooms of those names.
+(messages in, events out; no screen needed); then the rooms of the desks, `folder`, `capturing`, `staging` and
+`posing`, which `tables` lists; then `serving`, and `widget`, the same in a notebook.  The page is in `static`, in rooms
+of those names.
 """
