@@ -81,6 +81,7 @@ export function mount(el, bench) {
     panel.line();
     restart();
     want();
+    if (name === "pose") fitPose(); // the figure may have been opened while another mode was looked at
     show();
     explain();
   }
