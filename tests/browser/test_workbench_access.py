@@ -340,6 +340,7 @@ CUT = """() => { const whole = document.querySelector(".tooncap").getBoundingCli
         let scrolls = false, cut = box.right > whole.right + 1 || box.bottom > whole.bottom + 1;
         for (let up = one.parentElement; !up.matches(".tooncap"); up = up.parentElement) {
             const { overflowX, overflowY } = getComputedStyle(up), room = up.getBoundingClientRect();
+            if (up.matches(".side") && box.right > room.right + 1) found.push("beside its panel: " + one.outerHTML.slice(0, 60));
             if (/auto|scroll/.test(overflowX + overflowY)) scrolls = true;
             else if (/hidden|clip/.test(overflowX + overflowY)) cut ||= box.right > room.right + 1 || box.bottom > room.bottom + 1;
         }
