@@ -145,7 +145,7 @@ def test_the_other_desks_have_no_faults_while_they_are_empty(opened, judged, des
 def test_the_stage_desk_has_no_faults(opened, judged):
     page = opened("hop.motion.json")
     assert judged(page) == []
-    page.evaluate("tooncap.act('stage.play', {files: tooncap.state.stage.drawings})")
+    page.evaluate("tooncap.act('stage.play', {files: tooncap.state.stage.offers.find(({ fits }) => fits).files})")
     wait(page, "tooncap.state.stage.number > 0")
     page.evaluate("tooncap.act('stage.pin_feet', {part: 'frog'})")
     wait(page, "tooncap.state.stage.cast.keep.length === 1")
