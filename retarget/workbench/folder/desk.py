@@ -5,12 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from msgspec import Meta
-
 from capture.errors import InputError
+from msgspec import Meta
 from retarget.characters.models.meshfiles import MODELS
+
 from retarget.workbench import pictures
-from retarget.workbench.desks import Desk, Seen, Work
+from retarget.workbench.desks import Desk, Done, Seen, Work
 from retarget.workbench.folder import listing, reach, sheets, upload
 from retarget.workbench.folder.filenames import inside
 from retarget.workbench.state import State, open_file
@@ -78,7 +78,7 @@ def arrived(state: State, name: Name) -> Seen:
     return Seen("application/json", json.dumps(found).encode())
 
 
-def example(folder: str) -> dict[str, Any]:
+def example(folder: str) -> Done:
     """Draw the built-in frog into the folder."""
     from capture.pictures.encode import write_clip
     from capture.progress import progress
@@ -86,7 +86,7 @@ def example(folder: str) -> dict[str, Any]:
 
     toon = frog()
     write_clip(Path(folder) / "frog.mp4", progress(toon.frames(), "drawing the frog", len(toon)), toon.fps)
-    return {"file": "frog.mp4"}
+    return Done({"file": "frog.mp4"})
 
 
 def _prepare(state: State) -> dict[str, Any]:
@@ -144,7 +144,8 @@ def _is_still(path: Path) -> bool:
 DESK = Desk(
     "folder",
     shown,
-    actions={"open": open_, "close": close, "load": load, "drop": drop},
+    actions={"open": open_, "close": close},
+    writes={"load": load, "drop": drop},
     looks={"arrived": arrived},
     work={"example": Work(_prepare, example, open_)},
 )

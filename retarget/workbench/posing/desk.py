@@ -7,12 +7,12 @@ from threading import Lock, RLock
 from typing import Annotated, Any
 
 import numpy as np
-from msgspec import Meta
-
 from capture.errors import InputError
 from mocap.posing.poses import Pose
 from mocap.skeletons.skeleton import SkeletonMotion
+from msgspec import Meta
 from retarget.characters.figures.dancer import Dancer
+
 from retarget.workbench import figure as figures
 from retarget.workbench.desks import Desk, Seen
 from retarget.workbench.figure import FEEL, RUBBER
@@ -72,6 +72,7 @@ def shown(state: State) -> dict[str, Any]:
 def begin(state: State, who: File) -> State:
     """Pose a figure: one that is built in, or of a file in the folder."""
     from retarget.characters.figures.dancer import BUILT_IN
+
     from retarget.workbench.folder.filenames import inside
 
     if who not in BUILT_IN and not figures.is_figure(inside(state.folder, who)):
@@ -229,9 +230,10 @@ DESK = Desk(
         one.__name__: one
         for one in (
             *(begin, drag, pin, unpin, mix, stand, undrag, keep, forget, take, feel),
-            *(*phrases.ACTIONS, *music.ACTIONS, files.save_pose),
+            *(*phrases.ACTIONS, *music.ACTIONS),
         )
     },
+    writes={one.__name__: one for one in (*music.WRITES, files.save_pose)},
     looks={one.__name__: one for one in (ready, danced, rubber, clip, mesh, texture, body, others, *music.LOOKS)},
     work={"export": files.EXPORT, "hear": music.HEAR},
 )

@@ -8,7 +8,7 @@ from mocap.posing.beats import Beats
 from mocap.skeletons.skeleton import SkeletonMotion
 from retarget.characters.bodies.marked import MarkedDrawing
 from retarget.characters.figures.dancer import BUILT_IN, Dancer, read_dancer
-from retarget.workbench.desks import Work
+from retarget.workbench.desks import Done, Work
 from retarget.workbench.figure import RUBBER, Figure, figure_of
 from retarget.workbench.posing import music
 from retarget.workbench.posing.posed import figure_in
@@ -71,7 +71,7 @@ def save_pose(state: State, kind: Kind = ".bvh") -> State:
     return state
 
 
-def export(what: str, folder: str, file: str, name: str, out: str) -> dict[str, Any]:
+def export(what: str, folder: str, file: str, name: str, out: str) -> Done:
     """Write the dance or the rubber into a file."""
     from retarget.commands import rubbering
     from retarget.commands.onward import write_performed
@@ -80,13 +80,13 @@ def export(what: str, folder: str, file: str, name: str, out: str) -> dict[str, 
     if what == "rubber":
         sliders = {one: figure.slider(one) for one in RUBBER}
         said = rubbering.exaggerate(Path(folder) / file, path, **sliders)
-        return {"said": said.replace(str(path.parent), path.parent.name)}
+        return Done({}, said.replace(str(path.parent), path.parent.name))
     motion, beats = dance_of(figure)
     dancer = _dancer(Path(folder), file)
     drawing = None if path.suffix == ".bvh" else dancer.drawing
     song = None if figure.music is None else Path(folder) / figure.music.file
     write_performed(motion, dancer, path, drawing, SIZE, (song, beats))
-    return {"said": f"{path.parent.name}/{path.name}: {len(motion)} frames, {beats.bpm:.0f} beats a minute"}
+    return Done({}, f"{path.parent.name}/{path.name}: {len(motion)} frames, {beats.bpm:.0f} beats a minute")
 
 
 def _prepare_export(state: State, what: Literal["dance", "rubber"], kind: Kind = ".mp4") -> dict[str, Any]:

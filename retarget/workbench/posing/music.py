@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from msgspec import Meta
-
 from capture.errors import InputError
 from mocap.posing.beats import FASTEST, SLOWEST, Beats, danced, read_beats, steady
 from mocap.posing.sounds import SOUNDS
 from mocap.posing.stance import PACES, Music
-from retarget.workbench.desks import Seen, Work
+from msgspec import Meta
+
+from retarget.workbench.desks import Done, Seen, Work
 from retarget.workbench.figure import Figure
 from retarget.workbench.folder import upload
 from retarget.workbench.posing.posed import File, Number, figure_in, with_figure
@@ -111,7 +111,7 @@ def heard(state: State) -> Seen:
     return Seen("audio/wav", file.getvalue())
 
 
-def hear(path: str, file: str) -> dict[str, Any]:
+def hear(path: str, file: str) -> Done:
     """Find the beats of a piece of music."""
     found = read_beats(path)
     if len(found.times) < 2 or not math.isfinite(found.bpm):
@@ -120,7 +120,8 @@ def hear(path: str, file: str) -> dict[str, Any]:
     music = {"file": file, "times": np.round(found.times, 4).tolist(), "bpm": found.bpm, "seconds": found.seconds}
     said = f"{file}: {len(found.times)} beats, {found.bpm:.0f} a minute"
     ratio = heeded.bpm / found.bpm
-    return music | {"pace": max(ratio, PACES[0]), "said": f"{said}, every second one is danced" if ratio < 1 else said}
+    said = f"{said}, every second one is danced" if ratio < 1 else said
+    return Done(music | {"pace": max(ratio, PACES[0])}, said)
 
 
 def _prepare(state: State, file: File) -> dict[str, Any]:
@@ -136,7 +137,8 @@ def _heard(state: State, file: str, times: list[float], bpm: float, seconds: flo
     return with_figure(state, replace(figure, music=Music(file, tuple(times), bpm, seconds, pace)))
 
 
-ACTIONS = (load, hush, pace, tap)
+ACTIONS = (hush, pace, tap)
+WRITES = (load,)
 LOOKS = (songs, heard)
 HEAR = Work(_prepare, hear, _heard)
 

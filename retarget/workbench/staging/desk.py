@@ -13,7 +13,7 @@ from retarget.characters.casts.backdrop import is_color
 from retarget.characters.casts.castcheck import checked
 from retarget.characters.casts.castfile import Cast, CastKeep, read_cast
 from retarget.characters.casts.castlist import files_of
-from retarget.workbench.desks import Desk, Seen, Work
+from retarget.workbench.desks import Desk, Done, Seen, Work
 from retarget.workbench.folder import filenames, upload
 from retarget.workbench.staging import casts, keys, made, offers, playing, redraw, solids, space
 from retarget.workbench.staging.staged import At, Name, Number, number_of, png
@@ -177,7 +177,7 @@ def small(state: State, file: Name) -> Seen:
 # --- work: long, in a process of its own ----------------------------------------------------------------------------
 
 
-def propose(motion: str, drawings: list[str], out: str, mirror: bool) -> dict[str, Any]:
+def propose(motion: str, drawings: list[str], out: str, mirror: bool) -> Done:
     """Propose all keys of a drawing."""
     from capture.motion import tracks
     from capture.progress import working
@@ -189,7 +189,7 @@ def propose(motion: str, drawings: list[str], out: str, mirror: bool) -> dict[st
         made = [proposals.proposal(one, captured) for one in castings]
     Path(out).mkdir(exist_ok=True)
     written, kept = proposals.write(Path(out), castings, made, captured)
-    return {"cast": str(next(file for file in (*written, *kept) if file.name.endswith(CAST)))}
+    return Done({"cast": str(next(file for file in (*written, *kept) if file.name.endswith(CAST)))})
 
 
 def proposed(state: State, cast: str) -> State:
@@ -200,7 +200,7 @@ def proposed(state: State, cast: str) -> State:
     return replace(state, cast=made)
 
 
-def export(motion: str, cast: str, out: str, size: int | None, number: int) -> dict[str, Any]:
+def export(motion: str, cast: str, out: str, size: int | None, number: int) -> Done:
     """Write the performance into a file."""
     from capture.motion import tracks
     from retarget.commands.lending import retarget
@@ -209,7 +209,7 @@ def export(motion: str, cast: str, out: str, size: int | None, number: int) -> d
     misfit = max(track.residual.max() for track in tracks.load(Path(motion)).tracks)
     said = said.replace(str(Path(motion).parent), Path(motion).parent.name)
     said = f"{said}; captured to within {misfit:.1f} px; {made.size_of(Path(out))}"
-    return {"said": said, "out": out, "number": number, "sentence": said}
+    return Done({"out": out, "number": number, "sentence": said}, said)
 
 
 def _prepare_propose(state: State, files: Files, mirror: bool = False) -> dict[str, Any]:
@@ -254,10 +254,11 @@ DESK = Desk(
         one.__name__: one
         for one in (
             *(play, stand, between, background, ground, follow),
-            *(pin, pin_feet, move_pin, unpin, load),
+            *(pin, pin_feet, move_pin, unpin),
         )
     }
     | keys.ACTIONS,
+    writes={"load": load},
     looks={"frame": frame, "told": told, "small": small, "made": made.piece, **space.LOOKS, **keys.LOOKS},
     work={
         "propose": Work(_prepare_propose, propose, proposed),

@@ -5,6 +5,7 @@ folder, and nothing outside it.
 """
 
 from pathlib import Path
+from threading import Lock
 from typing import Any, NamedTuple
 
 from capture.errors import InputError
@@ -34,18 +35,22 @@ class Made(NamedTuple):
 
 
 _made: dict[Path, Made] = {}  # the latest is last
+_noting = Lock()  # for sessions in one process may be several
 
 
 def note(path: Path, said: str, of: int = 0) -> None:
     """Say that this was made."""
     path = path.resolve()
-    _made.pop(path, None)
-    _made[path] = Made(path, said, of)
+    with _noting:
+        _made.pop(path, None)
+        _made[path] = Made(path, said, of)
 
 
 def shown(state: State) -> list[dict[str, Any]]:
     """What was made of the open work, the latest first."""
-    names = [one for one in reversed(_made.values()) if _is_of(one.path, state) and one.path.exists()]
+    with _noting:
+        latest = tuple(reversed(_made.values()))
+    names = [one for one in latest if _is_of(one.path, state) and one.path.exists()]
     return [
         {
             "file": one.path.relative_to(state.folder).as_posix(),
