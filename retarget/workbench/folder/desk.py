@@ -5,10 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from capture.errors import InputError
 from msgspec import Meta
-from retarget.characters.models.meshfiles import MODELS
 
+from capture.errors import InputError
+from retarget.characters.models.meshfiles import MODELS
 from retarget.workbench import pictures
 from retarget.workbench.desks import Desk, Done, Seen, Work
 from retarget.workbench.folder import listing, reach, sheets, upload
@@ -62,7 +62,7 @@ def shown(state: State) -> dict[str, Any]:
     if state.name:
         return {"at": at, "files": [], "more": False}
     files, more = listing.listing(state.folder)
-    return {"at": at, "files": [one for one in files if one["kind"] not in ("drawing", "made")], "more": more}
+    return {"at": at, "files": [one for one in files if one["kind"] not in ("drawing", "music", "made")], "more": more}
 
 
 def arrived(state: State, name: Name) -> Seen:

@@ -7,15 +7,16 @@ from threading import Lock, RLock
 from typing import Annotated, Any
 
 import numpy as np
+from msgspec import Meta
+
 from capture.errors import InputError
 from mocap.posing.poses import Pose
 from mocap.skeletons.skeleton import SkeletonMotion
-from msgspec import Meta
 from retarget.characters.figures.dancer import Dancer
-
 from retarget.workbench import figure as figures
 from retarget.workbench.desks import Desk, Seen
 from retarget.workbench.figure import FEEL, RUBBER
+from retarget.workbench.folder import listing
 from retarget.workbench.posing import files, fleshed, music, phrases, puppet
 from retarget.workbench.posing.posed import Extent, File, Name, Number, figure_in, joint_of, numbers, with_figure
 from retarget.workbench.state import State, pose_file
@@ -72,7 +73,6 @@ def shown(state: State) -> dict[str, Any]:
 def begin(state: State, who: File) -> State:
     """Pose a figure: one that is built in, or of a file in the folder."""
     from retarget.characters.figures.dancer import BUILT_IN
-
     from retarget.workbench.folder.filenames import inside
 
     if who not in BUILT_IN and not figures.is_figure(inside(state.folder, who)):
@@ -219,8 +219,8 @@ def clip(state: State) -> Seen:
 
 def others(state: State) -> Seen:
     """Whom the folder has to pose: a list of files."""
-    found = [path.name for path in sorted(state.folder.iterdir()) if _may_be_posed(path)]
-    return Seen("application/json", json.dumps(found[:200]).encode())
+    found = listing.listing(state.folder).of("bvh", "figure")
+    return Seen("application/json", json.dumps(found).encode())
 
 
 DESK = Desk(
@@ -244,18 +244,6 @@ def _drawing(state: State) -> puppet.Held:
     if held is None:
         raise InputError("this figure has a skeleton only: open a drawing with marked joints")
     return held
-
-
-def _may_be_posed(path: Any) -> bool:
-    """A figure whose file, at a glance, has joints: an SVG or a model may as well be something to cast."""
-    if path.name.startswith(".") or not figures.is_figure(path):
-        return False
-    if path.suffix.lower() == ".svg":
-        return path.stat().st_size < 2**22 and b'id="joints"' in path.read_bytes()
-    if path.suffix.lower() in (".glb", ".gltf"):
-        with path.open("rb") as file:
-            return b'"skins"' in file.read(2**22)
-    return True
 
 
 @lru_cache(maxsize=2)

@@ -7,22 +7,21 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from capture.errors import InputError
-from mocap.posing.beats import FASTEST, SLOWEST, Beats, danced, read_beats, steady
-from mocap.posing.sounds import SOUNDS
-from mocap.posing.stance import PACES, Music
 from msgspec import Meta
 
+from capture.errors import InputError
+from mocap.posing.beats import FASTEST, SLOWEST, Beats, danced, read_beats, steady
+from mocap.posing.stance import PACES, Music
 from retarget.workbench.desks import Done, Seen, Work
 from retarget.workbench.figure import Figure
-from retarget.workbench.folder import upload
+from retarget.workbench.folder import listing, upload
+from retarget.workbench.folder.listing import MUSIC
 from retarget.workbench.posing.posed import File, Number, figure_in, with_figure
 from retarget.workbench.state import State
 
 Bpm = Annotated[float, Meta(ge=SLOWEST, le=FASTEST)]
 Seconds = Annotated[float, Meta(ge=0, le=3600)]
 Piece = Annotated[bytes, Meta(max_length=2**19)]
-KINDS = (*SOUNDS, ".mid", ".midi")
 LONGEST = 600.0  # seconds of sound that a page gets: 50 MB
 
 
@@ -50,8 +49,8 @@ def beats_of(figure: Figure) -> Beats:
 
 def load(state: State, name: File, at: Number, data: Piece, last: bool = True) -> State:
     """Load music into the folder."""
-    if Path(name).suffix.lower() not in KINDS:
-        raise InputError(f"music must be one of {', '.join(KINDS)}, got {name[:80]!r}: convert it")
+    if Path(name).suffix.lower() not in MUSIC:
+        raise InputError(f"music must be one of {', '.join(MUSIC)}, got {name[:80]!r}: convert it")
     upload.put(state.folder, name, at, data, last)
     return state
 
@@ -88,8 +87,7 @@ def songs(state: State) -> Seen:
     """What lies in the folder that is music: a list of names."""
     import msgspec
 
-    found = [file.name for file in sorted(state.folder.iterdir()) if file.suffix.lower() in KINDS and file.is_file()]
-    return Seen("application/json", msgspec.json.encode(found[:200]))
+    return Seen("application/json", msgspec.json.encode(listing.listing(state.folder).of("music")))
 
 
 def heard(state: State) -> Seen:
@@ -127,8 +125,8 @@ def hear(path: str, file: str) -> Done:
 def _prepare(state: State, file: File) -> dict[str, Any]:
     figure_in(state)
     path = _inside(state, file)
-    if path.suffix.lower() not in KINDS:
-        raise InputError(f"music must be one of {', '.join(KINDS)}, got {file[:80]!r}: convert it")
+    if path.suffix.lower() not in MUSIC:
+        raise InputError(f"music must be one of {', '.join(MUSIC)}, got {file[:80]!r}: convert it")
     return {"path": str(path), "file": file}
 
 
