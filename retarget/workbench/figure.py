@@ -60,6 +60,10 @@ class Figure:
         """Where a slider of FEEL or RUBBER is."""
         return self.feel.get(name, {**FEEL, **RUBBER}[name])
 
+    def rubber(self) -> dict[str, float]:
+        """Where the sliders of RUBBER are: how `make_rubber` is told."""
+        return {name: self.slider(name) for name in RUBBER}
+
 
 def is_figure(path: Path) -> bool:
     """Whether a file may hold somebody who can be posed: reading it tells."""
@@ -156,13 +160,18 @@ def _hangs_with(parents: Sequence[int], joint: int) -> list[int]:
     return [one for one, top in enumerate(tops) if top == tops[joint]]
 
 
+def check_posture(figure: Figure, name: str) -> None:
+    """Refuse a posture that the figure does not have, with the names of those it has."""
+    _ = figure.pool[name]
+
+
 def postured(figure: Figure, name: str, extent: float) -> Figure:
     """The figure in a mix of its postures, one of them to another extent; what was dragged goes."""
     from mocap.posing import postures
 
     extents = {**figure.extents, name: extent}
     extents = {posture: share for posture, share in extents.items() if share}
-    figure.pool[name]  # another is refused with the names there are
+    check_posture(figure, name)
     turns = postures.mixed(figure.pool, extents, figure.skeleton)
     return replace(figure, pose=mixed(figure.skeleton, figure.rest, turns), extents=extents)
 

@@ -15,10 +15,8 @@ from capture.motion.tracks import CartoonMotion
 from capture.pictures.shot import KeyDrawing, Part, Shot
 from retarget.workbench.capturing import parts
 from retarget.workbench.desks import Done
+from retarget.workbench.fields import Name, Number
 from retarget.workbench.state import MOTION, State, file_of
-
-Number = Annotated[int, Meta(ge=0, le=10_000_000)]
-Name = Annotated[str, Meta(min_length=1, max_length=60)]
 
 
 @lru_cache(maxsize=8)

@@ -14,11 +14,13 @@ from mocap.posing.poses import Pose
 from mocap.skeletons.skeleton import SkeletonMotion
 from retarget.characters.figures.dancer import Dancer
 from retarget.workbench import figure as figures
+from retarget.workbench import made
 from retarget.workbench.desks import Desk, Seen
+from retarget.workbench.fields import File, Name, Number
 from retarget.workbench.figure import FEEL, RUBBER
 from retarget.workbench.folder import listing
 from retarget.workbench.posing import files, fleshed, music, phrases, puppet
-from retarget.workbench.posing.posed import Extent, File, Name, Number, figure_in, joint_of, numbers, with_figure
+from retarget.workbench.posing.posed import Extent, figure_in, joint_of, numbers, with_figure
 from retarget.workbench.state import State, pose_file
 
 Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
@@ -43,7 +45,7 @@ def shown(state: State) -> dict[str, Any]:
     """The figure, how it stands, and its dance."""
     figure = state.figure
     if figure is None:
-        return {"figure": None}
+        return {"figure": None, "made": []}
     return {
         "figure": {
             "file": figure.file,
@@ -64,6 +66,7 @@ def shown(state: State) -> dict[str, Any]:
         "feel": {**FEEL, **RUBBER, **figure.feel},
         "dance": phrases.shown(figure),
         "music": music.shown(figure),
+        "made": made.shown(state, "posing"),
     }
 
 
@@ -182,8 +185,8 @@ def mesh(state: State, parts: Parts | None = None) -> Seen:
     """The drawing's pieces (see `puppet.mesh`)."""
     held = _drawing(state)
     with _work:
-        made, told = puppet.mesh(held, held.parts.names if parts is None else tuple(parts))
-    return numbers(made, **told)
+        pieces, told = puppet.mesh(held, held.parts.names if parts is None else tuple(parts))
+    return numbers(pieces, **told)
 
 
 def texture(state: State) -> Seen:
@@ -196,19 +199,18 @@ def body(state: State) -> Seen:
     figure = figure_in(state)
     if figure.body is None:
         raise InputError("this figure has a skeleton only: open a model with a skin")
-    made, told = fleshed.mesh(figure.body)
-    return numbers(made, **told)
+    points, told = fleshed.mesh(figure.body)
+    return numbers(points, **told)
 
 
 def rubber(state: State) -> Seen:
     """The clip made rubber: float32 (T, S, 3) of its sub-joints, with their parents beside."""
     from mocap.rubber.rubber import make_rubber
 
-    clip, slider = _clip(state), figure_in(state).slider
+    clip, sliders = _clip(state), figure_in(state).rubber()
     with _work:
-        more = {name: slider(name) for name in ("squash", "hose", "follow")}
-        made = make_rubber(clip, slider("omega"), slider("sigma"), **more)
-    return numbers(made.positions, fps=clip.fps, parents=list(made.subjoints.parents))
+        rubbery = make_rubber(clip, **sliders)
+    return numbers(rubbery.positions, fps=clip.fps, parents=list(rubbery.subjoints.parents))
 
 
 def clip(state: State) -> Seen:
@@ -234,7 +236,8 @@ DESK = Desk(
         )
     },
     writes={one.__name__: one for one in (*music.WRITES, files.save_pose)},
-    looks={one.__name__: one for one in (ready, danced, rubber, clip, mesh, texture, body, others, *music.LOOKS)},
+    looks={one.__name__: one for one in (ready, danced, rubber, clip, mesh, texture, body, others, *music.LOOKS)}
+    | {"made": made.piece},
     work={"export": files.EXPORT, "hear": music.HEAR},
 )
 

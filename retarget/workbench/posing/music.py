@@ -13,15 +13,15 @@ from capture.errors import InputError
 from mocap.posing.beats import FASTEST, SLOWEST, Beats, danced, read_beats, steady
 from mocap.posing.stance import PACES, Music
 from retarget.workbench.desks import Done, Seen, Work
+from retarget.workbench.fields import File, Offset, Piece
 from retarget.workbench.figure import Figure
 from retarget.workbench.folder import listing, upload
 from retarget.workbench.folder.listing import MUSIC
-from retarget.workbench.posing.posed import File, Number, figure_in, with_figure
+from retarget.workbench.posing.posed import figure_in, with_figure
 from retarget.workbench.state import State
 
 Bpm = Annotated[float, Meta(ge=SLOWEST, le=FASTEST)]
 Seconds = Annotated[float, Meta(ge=0, le=3600)]
-Piece = Annotated[bytes, Meta(max_length=2**19)]
 LONGEST = 600.0  # seconds of sound that a page gets: 50 MB
 
 
@@ -47,7 +47,7 @@ def beats_of(figure: Figure) -> Beats:
     return steady(bpm, figure.dance.beats * 60 / bpm)
 
 
-def load(state: State, name: File, at: Number, data: Piece, last: bool = True) -> State:
+def load(state: State, name: File, at: Offset, data: Piece, last: bool = True) -> State:
     """Load music into the folder."""
     if Path(name).suffix.lower() not in MUSIC:
         raise InputError(f"music must be one of {', '.join(MUSIC)}, got {name[:80]!r}: convert it")

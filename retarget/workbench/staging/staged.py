@@ -4,11 +4,9 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from threading import Lock
-from typing import Annotated
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from msgspec import Meta
 from numpy.typing import NDArray
 
 from capture.errors import InputError
@@ -22,10 +20,6 @@ from retarget.workbench.staging import casts, playing
 from retarget.workbench.staging.playing import Played
 from retarget.workbench.state import State
 
-Number = Annotated[int, Meta(ge=0, le=10_000_000)]
-Place = Annotated[float, Meta(ge=-1e5, le=1e5)]
-At = tuple[Place, Place]
-Name = Annotated[str, Meta(min_length=1, max_length=200)]
 _numbers = count(1)  # of what is played, so that the page knows one from another
 _numbered: WeakKeyDictionary[CartoonMotion, list[tuple[Cast, int]]] = WeakKeyDictionary()
 _numbering = Lock()  # for sessions in one process may be several

@@ -1,5 +1,6 @@
 // The posing desk's panel at the side: postures of a pose; how a dance moves, and its music; how rubbery a clip is.
 import { button, fill, make, slider } from "../shared/dom.js";
+import { madeOf } from "../shared/made.js";
 
 export const DANCE = {
   bpm: ["Tempo", { min: 40, max: 220, step: 1 }],
@@ -31,8 +32,8 @@ export function makeSide(side, bench, desk, { act, felt, beats, music }) {
   };
 
   panel.draw = () => {
-    const { figure, pool = [], extents = {}, pinned = [], feel = {}, music: song } = now();
-    const key = JSON.stringify([desk.mode, figure?.file, figure?.kinds, pool, pinned.length > 0, bench.running, desk.result, others, song?.file, song?.pace, song?.bpm, music.songs, music.problem]);
+    const { figure, pool = [], extents = {}, pinned = [], feel = {}, music: song, made = [] } = now();
+    const key = JSON.stringify([desk.mode, figure?.file, figure?.kinds, pool, pinned.length > 0, bench.running, made, others, song?.file, song?.pace, song?.bpm, music.songs, music.problem]);
     if (key !== panelOf) {
       panelOf = key;
       fill(side, ...(!figure ? figures() : desk.mode === "pose" ? posing(figure, pool, pinned) : desk.mode === "dance" ? dancing(figure, pool, song) : rubber(figure)));
@@ -116,7 +117,7 @@ export function makeSide(side, bench, desk, { act, felt, beats, music }) {
     kinds.onchange = () => (panel.kind[what] = kinds.value);
     const go = button(text, "", run, what === "pose" ? "" : "primary");
     go.disabled = what !== "pose" && Boolean(bench.running);
-    return [make("h2", {}, "Export"), make("div.row", {}, kinds, go), what !== "pose" && desk.result ? make("p.result", {}, desk.result) : null];
+    return [make("h2", {}, "Export"), make("div.row", {}, kinds, go), ...madeOf(bench, "posing", { are: ({ file }) => file.split("/").at(-1).includes(`.${what}.`) })];
   }
 
   function frameInput(count) {
