@@ -54,5 +54,5 @@ function worksOf(files) {
     const name = all.clip ?? all.bvh ?? chosen;
     return { where, what, name: name === "." ? "the pictures of this folder" : name, file: where ? `${where}/${chosen}` : chosen };
   });
-  return [...made, ...figures];
+  return [...made, ...figures].sort((one, other) => Boolean(one.where) - Boolean(other.where)); // the folder's own first
 }

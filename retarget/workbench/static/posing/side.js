@@ -86,7 +86,7 @@ export function makeSide(side, bench, desk, { act, felt, beats, music }) {
     const keep = button("Keep pose", "", () => act("keep", { name: name.value.trim() || `pose ${pool.length + 1}` }));
     const sliders = pool.map((posture) => held(posture, posture, { min: 0, max: 1.5, step: 0.05 }, (extent, gesture) => act("mix", { posture, extent }, { newest: "mix", gesture })));
     const frames = figure.frames ? make("div.row", {}, frameInput(figure.frames), make("span.none", {}, `of ${figure.frames - 1} in the clip`)) : null;
-    const save = () => act("save_pose", { kind: panel.kind.pose }).then((done) => done && bench.say(`${bench.state.folder.at.open}.pose${panel.kind.pose} is written.`, { good: true }));
+    const save = () => act("save_pose", { kind: panel.kind.pose });
     return [another(figure),
       make("div.row", {}, figure.drawn ? button("As drawn", "", () => act("undrag")) : null, button("Stand at rest", "", () => act("stand")), pinned.length ? button("Unpin all", "", () => act("unpin")) : null),
       frames, make("h2", {}, "Postures"), make("div.postures", {}, ...sliders), make("div.row", {}, name, keep),
@@ -117,7 +117,7 @@ export function makeSide(side, bench, desk, { act, felt, beats, music }) {
     kinds.onchange = () => (panel.kind[what] = kinds.value);
     const go = button(text, "", run, what === "pose" ? "" : "primary");
     go.disabled = what !== "pose" && Boolean(bench.running);
-    return [make("h2", {}, "Export"), make("div.row", {}, kinds, go), ...madeOf(bench, "posing", { are: ({ file }) => file.split("/").at(-1).includes(`.${what}.`) })];
+    return [make("div.export", {}, make("h2", {}, "Export"), make("div.row", {}, kinds, go), ...madeOf(bench, "posing", { are: ({ file }) => file.split("/").at(-1).includes(`.${what}.`) }))];
   }
 
   function frameInput(count) {
