@@ -145,7 +145,7 @@ def test_the_other_desks_have_no_faults_while_they_are_empty(opened, judged, des
 def test_the_stage_desk_has_no_faults(opened, judged):
     page = opened("hop.motion.json")
     assert judged(page) == []
-    page.evaluate("tooncap.act('stage.play', {files: tooncap.state.stage.drawings})")
+    page.evaluate("tooncap.act('stage.play', {files: tooncap.state.stage.offers.find(({ fits }) => fits).files})")
     wait(page, "tooncap.state.stage.number > 0")
     page.evaluate("tooncap.act('stage.pin_feet', {part: 'frog'})")
     wait(page, "tooncap.state.stage.cast.keep.length === 1")
@@ -340,6 +340,7 @@ CUT = """() => { const whole = document.querySelector(".tooncap").getBoundingCli
         let scrolls = false, cut = box.right > whole.right + 1 || box.bottom > whole.bottom + 1;
         for (let up = one.parentElement; !up.matches(".tooncap"); up = up.parentElement) {
             const { overflowX, overflowY } = getComputedStyle(up), room = up.getBoundingClientRect();
+            if (up.matches(".side") && box.right > room.right + 1) found.push("beside its panel: " + one.outerHTML.slice(0, 60));
             if (/auto|scroll/.test(overflowX + overflowY)) scrolls = true;
             else if (/hidden|clip/.test(overflowX + overflowY)) cut ||= box.right > room.right + 1 || box.bottom > room.bottom + 1;
         }

@@ -99,7 +99,7 @@ def drag(page, places):
 def test_a_stroke_of_a_key_is_drawn_anew_seen_in_the_result_and_taken_back(bench):
     before = (bench.folder / "bean_crouch.svg").read_bytes()
     bench.locator("[aria-label=Stage] .keys .key", has_text="crouch").click()
-    bench.get_by_role("button", name="Draw").click()
+    bench.get_by_role("button", name="Draw", exact=True).click()
     wait(bench, f"{VIEW}.picture.width === 220")
     strokes = redraw.lines_of(bench.folder / "bean_crouch.svg")
     body = strokes[0][0]

@@ -309,9 +309,11 @@ def test_music_sounds_with_the_dance_and_its_tempo_is_tapped(bench):
     bench.get_by_role("button", name="Half").click()
     wait(bench, "tooncap.state.posing.music.bpm === 50")
     bench.locator("[aria-label=Pose] canvas.strip").focus()
-    for _ in range(5):
+    for _ in range(30):  # a machine with other work may not hear four of them in a row at once
         bench.keyboard.press("t")
         bench.wait_for_timeout(500)
+        if bench.evaluate("tooncap.state.posing.music.bpm > 80"):
+            break
     wait(bench, "tooncap.state.posing.music.bpm > 80")
     bench.reload()
     wait(bench, "tooncap.state.posing?.music?.file === 'song.mid'")

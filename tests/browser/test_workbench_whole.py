@@ -42,6 +42,7 @@ def page(flat_browser, tmp_path):
     one.on("request", lambda request: None if ours.match(request.url) else told.append(request.url))
     one.goto(serving.address)
     one.get_by_role("button", name="Open a clip…").wait_for()
+    wait(one, "window.tooncap?.state.folder?.at !== undefined")
     one.session, one.folder = serving.session, tmp_path.resolve()
     yield one
     context.close()

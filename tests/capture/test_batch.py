@@ -191,6 +191,8 @@ def test_a_scheduler_that_does_not_answer_is_refused():
 
 
 def test_workers_without_this_tooncap_are_refused_before_they_are_handed_anything(cluster, monkeypatch):
+    with sys.modules["distributed"].Client(cluster, set_as_default=False) as client:
+        client.wait_for_workers(2, timeout=60)  # one may be coming back from a test in which it died
     monkeypatch.setattr(batch, "__name__", "capture.fit.not_there")
     refused = pytest.raises(InputError, match=r"every worker must have this tooncap, tcp://.* has not \(2 of 2\)")
     with refused, batch.cluster(cluster):

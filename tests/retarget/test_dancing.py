@@ -133,7 +133,7 @@ def test_dancers_stand_on_the_floor_in_metres():
         (["song.mid", "--bpm", "100"], "not both"),
         (["none.mid"], "there is no"),
         (["broken.mid"], "must be a MIDI file"),
-        (["notes.txt"], "MIDI or WAV"),
+        (["notes.txt"], "a .mid file or a recording"),
         (["--bpm", "1000"], "40 to 240"),
         (["--bpm", "nan"], "40 to 240"),
         (["--beats", "0"], "1 to 10000"),

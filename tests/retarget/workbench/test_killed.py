@@ -110,7 +110,7 @@ def test_killed_while_it_captures_no_finished_frame_is_lost_and_no_edit_older_th
     assert again.shown()["changed"]["capture"]["kept"]
     again.act({"work": "capture.capture"})
     hop.finished(again, seconds=170)
-    counted = [event for event in told if event["kind"] == "progress" and event["total"]]
+    counted = [event for event in told if event["kind"] == "progress" and event["label"] == "character"]
     first = counted[0]["done"]
     print(f"captured again: {max(0, done - first + 1)} of {done} frames")
     assert first > done and again.state.motion is not None  # then the stretch round the new key is tracked

@@ -61,7 +61,7 @@ export function makePlayers(bench, desk, { changed, load, accepts, says }) {
     };
     const go = button(isPlaying ? "Plays" : "Play", "", () => (how === "play" ? play(files) : propose(files)), isNext ? "primary" : "");
     go.title = how === "play" ? "Let it play" : "Let it play; its other key drawings are proposed, for you to correct";
-    go.setAttribute("aria-label", `Let ${name} play`);
+    go.setAttribute("aria-label", `${go.textContent}: ${name}`);
     go.disabled = Boolean(bench.running);
     const what = how === "propose" ? "keys proposed" : fits && files.length > 1 ? `${files.length} keys` : "as it is";
     const label = make("label.choice", {}, box, small(files[0]), make("span", { title: name }, name, make("small", {}, what)));
