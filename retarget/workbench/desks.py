@@ -22,30 +22,46 @@ class Seen(NamedTuple):
     said: Mapping[str, Any] = {}
 
 
+class Done(NamedTuple):
+    """What comes of work: what is applied, what is told of it, and the documents that are in their files already."""
+
+    fields: Mapping[str, Any]  # plain arguments of `apply`
+    said: str = ""
+    written: tuple[str, ...] = ()  # kinds of documents
+
+
 class Work(NamedTuple):
     """Something that takes long: it runs in a process of its own, and what comes of it is applied as an action."""
 
     prepare: Callable[..., dict[str, Any]]  # (state, **fields) -> plain arguments of `run`; refuses what cannot be
-    run: Callable[..., dict[str, Any]]  # (**arguments) -> plain arguments of `apply`; a function of a module
-    apply: Callable[..., State]  # (state, **result) -> state
+    run: Callable[..., Done]  # (**arguments) -> what came of it; a function of a module
+    apply: Callable[..., State]  # (state, **fields of what was done) -> state
 
 
 @dataclass(frozen=True, eq=False)
 class Desk:
-    """One desk: what can be done, looked at and set to work at it, and what the page shows of the state."""
+    """One desk: what can be done, looked at and set to work at it, and what the page shows of the state.
+
+    An action takes a state and makes another, however often it is asked.  One that writes is asked once, and the file
+    that it puts into the folder stays there when what it did is undone.
+    """
 
     name: str
     shown: Callable[[State], dict[str, Any]]  # plain values by section; only sections that change are sent
     actions: Mapping[str, Callable[..., State]] = field(default_factory=dict)  # (state, **fields) -> state
+    writes: Mapping[str, Callable[..., State]] = field(default_factory=dict)  # actions that put a file into the folder
     looks: Mapping[str, Callable[..., Seen]] = field(default_factory=dict)  # (state, **fields) -> Seen; change nothing
     work: Mapping[str, Work] = field(default_factory=dict)
 
 
+def has(desks: tuple[Desk, ...], table: str, name: str) -> bool:
+    """Whether a table has a function "desk.name"."""
+    return _found(desks, table, name) is not None
+
+
 def find(desks: tuple[Desk, ...], table: str, name: str) -> Any:
-    """The function "desk.name" of a table: actions, looks or work."""
-    of_desk, _, inner = name.partition(".")
-    desk = next((desk for desk in desks if desk.name == of_desk), None)
-    found = getattr(desk, table).get(inner) if desk else None
+    """The function "desk.name" of a table: actions, writes, looks or work."""
+    found = _found(desks, table, name)
     if found is None:
         raise InputError(f"the workbench has nothing called {name[:60]!r} among its {table}: reload the page")
     return found
@@ -73,6 +89,12 @@ def label(function: Callable[..., Any]) -> str:
     """What a function does, in the words of its docstring's first line."""
     said = (function.__doc__ or function.__name__).strip().splitlines()[0].rstrip(".")
     return said[:1].lower() + said[1:]
+
+
+def _found(desks: tuple[Desk, ...], table: str, name: str) -> Any:
+    of_desk, _, inner = name.partition(".")
+    desk = next((desk for desk in desks if desk.name == of_desk), None)
+    return getattr(desk, table).get(inner) if desk else None
 
 
 @cache

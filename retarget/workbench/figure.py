@@ -19,6 +19,7 @@ from retarget.characters.figures.dancer import BUILT_IN, Dancer, read_dancer
 from retarget.stage.held import Held
 
 POOL, DANCE, STANCE = ".postures.json", ".dance.toml", ".posing.json"
+FIGURE = "char_cfg.yaml"  # of a folder that is a figure, as AnimatedDrawings keeps one
 FIGURES = (".bvh", ".glb", ".gltf", ".svg", ".toml")
 BEATS = 8.0  # of a dance that begins
 STILL = 1e-6  # radians: a joint that is turned by less is not
@@ -59,14 +60,30 @@ class Figure:
         """Where a slider of FEEL or RUBBER is."""
         return self.feel.get(name, {**FEEL, **RUBBER}[name])
 
+    def rubber(self) -> dict[str, float]:
+        """Where the sliders of RUBBER are: how `make_rubber` is told."""
+        return {name: self.slider(name) for name in RUBBER}
+
 
 def is_figure(path: Path) -> bool:
     """Whether a file may hold somebody who can be posed: reading it tells."""
     if path.is_dir():
-        return (path / "char_cfg.yaml").is_file()
+        return (path / FIGURE).is_file()
     if path.suffix.lower() == ".toml":
         return path.name.lower().endswith(".marks.toml")
     return path.suffix.lower() in FIGURES
+
+
+def has_joints(path: Path) -> bool:
+    """Whether a file, at a glance, has joints: an SVG or a model may as well be something to cast."""
+    if not is_figure(path):
+        return False
+    if path.suffix.lower() == ".svg":
+        return path.stat().st_size < 2**22 and b'id="joints"' in path.read_bytes()
+    if path.suffix.lower() in (".glb", ".gltf"):
+        with path.open("rb") as file:
+            return b'"skins"' in file.read(2**22)
+    return True
 
 
 def figure_of(folder: Path, file: str, name: str) -> Figure:
@@ -143,13 +160,18 @@ def _hangs_with(parents: Sequence[int], joint: int) -> list[int]:
     return [one for one, top in enumerate(tops) if top == tops[joint]]
 
 
+def check_posture(figure: Figure, name: str) -> None:
+    """Refuse a posture that the figure does not have, with the names of those it has."""
+    _ = figure.pool[name]
+
+
 def postured(figure: Figure, name: str, extent: float) -> Figure:
     """The figure in a mix of its postures, one of them to another extent; what was dragged goes."""
     from mocap.posing import postures
 
     extents = {**figure.extents, name: extent}
     extents = {posture: share for posture, share in extents.items() if share}
-    figure.pool[name]  # another is refused with the names there are
+    check_posture(figure, name)
     turns = postures.mixed(figure.pool, extents, figure.skeleton)
     return replace(figure, pose=mixed(figure.skeleton, figure.rest, turns), extents=extents)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from capture.errors import InputError
+from retarget.workbench.figure import DANCE, POOL, STANCE
 from retarget.workbench.state import DOCUMENTS, SHOT, State, documents, file_of
 
 
@@ -33,7 +34,7 @@ def note(saved: Saved, state: State, kinds: Sequence[str] = DOCUMENTS) -> None:
         if path.exists():
             saved.documents[path], saved.digests[path] = document, _digest(path)
             saved.blank.pop(path, None)
-        elif kind == SHOT:  # a figure's documents are read from their files by what plays it: they are always written
+        elif kind in (SHOT, POOL):
             saved.blank[path] = document
             saved.documents.pop(path, None)
             saved.digests.pop(path, None)
@@ -42,34 +43,38 @@ def note(saved: Saved, state: State, kinds: Sequence[str] = DOCUMENTS) -> None:
 def save(saved: Saved, state: State) -> list[Path]:
     """Write the documents that changed since they were last written; returns their files.
 
-    A document that was taken back altogether, or to what it was before there was a file, takes its file with it, if
-    this session made that.
+    One that cannot be written keeps none of the others from it, and is told of when they are.  A document that was
+    taken back altogether, or to what it was before there was a file, takes its file with it, if this session made that.
     """
-    written = []
+    written, failed = [], []
     for path, document, write in _asked(saved, state):
         if document is saved.documents.get(path):
             continue
-        _refuse_others(saved, path)
-        with _told(path):
-            if document is None:
-                path.unlink(missing_ok=True)
-            else:
-                write(document, path)
+        try:
+            _refuse_others(saved, path)
+            with _told(path):
+                if document is None:
+                    path.unlink(missing_ok=True)
+                else:
+                    write(document, path)
+        except InputError as error:
+            failed.append(error)
+            continue
         saved.documents[path], saved.digests[path] = document, _digest(path)
         written.append(path)
+    for error in sorted(failed, key=lambda one: not isinstance(one, Unwritable)):  # that is tried again, then the other
+        raise error
     return written
-
-
-def unsaved(saved: Saved, state: State) -> bool:
-    """Whether anything is not on disk yet."""
-    return any(document is not saved.documents.get(path) for path, document, _ in _asked(saved, state))
 
 
 def _asked(saved: Saved, state: State) -> Iterator[tuple[Path, Any, Callable[[Any, Path], None]]]:
     """File, document or None for no file, and what writes it, of all documents of a named work."""
-    for kind, (document, write) in documents(state).items() if state.name else ():
+    found = documents(state) if state.name else {}
+    danced = any(found[kind][0] is not None for kind in (DANCE, STANCE) if kind in found)  # by postures of a file
+    for kind, (document, write) in found.items():
         path = file_of(state, kind)
-        yield path, None if document is saved.blank.get(path) else document, write
+        blank = document is saved.blank.get(path) and not (kind == POOL and danced)
+        yield path, None if blank else document, write
 
 
 @contextmanager

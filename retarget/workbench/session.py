@@ -17,12 +17,12 @@ import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from threading import RLock, Timer
+from threading import Lock, RLock, Timer
 from typing import Any
 
 from capture.errors import InputError
 from retarget.workbench import desks, history, saving, working
-from retarget.workbench.desks import Desk
+from retarget.workbench.desks import Desk, Done
 from retarget.workbench.folder import desk as folder
 from retarget.workbench.folder import reach
 from retarget.workbench.history import History
@@ -32,6 +32,7 @@ from retarget.workbench.state import State, pose_file
 Event = dict[str, Any]
 SAVED_AFTER = 0.5  # seconds: the most that a drag goes on before what it did so far is on disk
 TRIED_AGAIN = 3.0  # seconds after which what could not be written is tried again
+ALONE = 3  # times that an action is worked out while others act; then they wait
 
 
 class Session:
@@ -47,7 +48,8 @@ class Session:
         self.running: working.Running | None = None
         self._saved = Saved()
         self._listeners: list[Callable[[Event], None]] = []
-        self._lock = RLock()
+        self._lock = RLock()  # held for moments only: what takes long is worked out first, and then put in place
+        self._writing = Lock()
         self._timer: Timer | None = None
         self._closed = False
         self._unsaved = ""  # the sentence last told of why not all is on disk
@@ -91,12 +93,17 @@ class Session:
         answer = {"id": message["id"]} if given and isinstance(message.get("id"), int | str) else {}
         if given and "look" in message:
             return [self._look(message, answer)]
-        with self._lock:
-            try:
-                events = self._asked(message) if given else _unknown()
-                return [*events, {"kind": "done", **answer}]
-            except Exception as error:
-                return [{**_refused(error), **answer}]
+        try:
+            if not given:
+                _unknown()
+            if isinstance(name := message.get("do"), str) and "work" not in message:
+                for table, do in (("actions", self._act), ("writes", self._write)):
+                    if desks.has(self.desks, table, name):
+                        return [*do(name, message), {"kind": "done", **answer}]
+            with self._lock:
+                return [*self._asked(message), {"kind": "done", **answer}]
+        except Exception as error:
+            return [{**_refused(error), **answer}]
 
     def save(self) -> list[Event]:
         """Write what is not on disk yet; a failure is told, and tried again in a while and at the next change."""
@@ -106,7 +113,7 @@ class Session:
                 self._timer = None
             before = self._unsaved
             try:
-                saving.save(self._saved, self.state)
+                saving.save(self._saved, self.state)  # what can be; the rest is told
             except InputError as error:
                 self._unsaved, full = str(error), isinstance(error, saving.Unwritable)
                 event = {"kind": "told", "sentence": self._unsaved, "why": "unwritable" if full else "elsewhere"}
@@ -131,9 +138,8 @@ class Session:
             working.cancel(self.running)
 
     def _asked(self, message: dict[str, Any]) -> list[Event]:
-        fields = {name: value for name, value in message.items() if name not in ("do", "work", "id", "gesture")}
         if isinstance(name := message.get("work"), str):
-            return self._start(name, fields)
+            return self._start(name, _fields(message))
         if not isinstance(name := message.get("do"), str):
             return _unknown()
         if name in ("undo", "redo"):
@@ -144,10 +150,38 @@ class Session:
             if self.running is not None:
                 working.cancel(self.running)
             return []
-        action = desks.find(self.desks, "actions", name)
-        gesture = str(message.get("gesture") or "")
-        state = action(history.base(self.history, gesture), **desks.arguments(action, fields))
-        return self._become(history.done(self.history, state, desks.label(action), gesture), later=bool(gesture))
+        raise InputError(f"the workbench has nothing called {name[:60]!r} to be done: reload the page")
+
+    def _act(self, name: str, message: dict[str, Any]) -> list[Event]:
+        """Do an action: others go on while it is worked out, so it is worked out again if they changed something."""
+        action, gesture, begun = desks.find(self.desks, "actions", name), str(message.get("gesture") or ""), self.state
+        fields = desks.arguments(action, _fields(message))
+
+        def step() -> tuple[History, History]:
+            old = self.history
+            if (old.state.folder, old.state.name) != (begun.folder, begun.name):
+                raise InputError("something else was opened meanwhile: do it again")
+            state = action(history.base(old, gesture), **fields)
+            return old, history.done(old, state, desks.label(action), gesture)
+
+        for _ in range(ALONE):
+            old, new = step()
+            with self._lock:
+                if self.history is old:
+                    return self._become(new, later=bool(gesture))
+        with self._lock:
+            return self._become(step()[1], later=bool(gesture))
+
+    def _write(self, name: str, message: dict[str, Any]) -> list[Event]:
+        """Do what puts a file into the folder, once and one after the other; others may change the state meanwhile."""
+        action = desks.find(self.desks, "writes", name)
+        fields = desks.arguments(action, _fields(message))
+        with self._writing:
+            old = self.state
+            state = action(old, **fields)
+            with self._lock:
+                same = state is old
+                return self._become(self.history if same else history.done(self.history, state, desks.label(action)))
 
     def _become(self, new: History, later: bool = False) -> list[Event]:
         """Go over to a new history; save it now, or within half a second while a gesture goes on."""
@@ -158,9 +192,9 @@ class Session:
         self.history = new
         if other:
             saving.note(self._saved, self.state)
-        told = []
+        unsaved = []
         if not later:
-            told = self.save()
+            unsaved = self.save()
         elif self._timer is None:
             self._save_in(SAVED_AFTER)
         changed = {
@@ -169,7 +203,7 @@ class Session:
         }
         self._sent = sections
         self.revision += 1
-        return [self._tell(self._state_event({desk: inner for desk, inner in changed.items() if inner})), *told]
+        return [self._tell(self._state_event({desk: inner for desk, inner in changed.items() if inner})), *unsaved]
 
     def _reload(self) -> list[Event]:
         """What is on disk now, whoever wrote it; what was there before can be had again by undoing."""
@@ -191,9 +225,9 @@ class Session:
             raise InputError(f"one thing at a time: {self.running.name} is still at work, cancel it or wait")
         work = desks.find(self.desks, "work", name)
         arguments = work.prepare(self.state, **desks.arguments(work.prepare, fields))
-        told = self.save()
-        if told:
-            return told
+        unsaved = self.save()
+        if unsaved:
+            return unsaved
         self.running = working.start(name, arguments, self._heard)
         return [self._tell({"kind": "progress", "work": name, "label": "starting", "done": 0, "total": None})]
 
@@ -207,11 +241,11 @@ class Session:
             sentence, made = str(said.get("sentence", "")), False
             if said["kind"] == "result":
                 work = desks.find(self.desks, "work", running.name)
+                done = Done(said["fields"], said["said"], tuple(said["written"]))
                 try:
-                    sentence = said["result"].pop("said", "")  # what is told when the work has ended
-                    written = said["result"].pop("written", [])  # documents that the process has put into their files
-                    state = work.apply(self.state, **said["result"])
-                    saving.note(self._saved, state, written)
+                    sentence = done.said
+                    state = work.apply(self.state, **done.fields)
+                    saving.note(self._saved, state, done.written)
                     self._become(history.done(self.history, state, desks.label(work.run)))
                     made = True
                 except InputError as error:
@@ -240,6 +274,11 @@ class Session:
         for hears in tuple(self._listeners):
             hears(event)
         return event
+
+
+def _fields(message: dict[str, Any]) -> dict[str, Any]:
+    """What of a message are its function's own arguments."""
+    return {name: value for name, value in message.items() if name not in ("do", "work", "id", "gesture")}
 
 
 def _refused(error: Exception) -> Event:

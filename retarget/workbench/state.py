@@ -40,24 +40,29 @@ def file_of(state: State, kind: str) -> Path:
     return state.folder / (state.name + kind)
 
 
-def open_file(state: State, path: Path) -> State:
+def open_file(path: Path) -> State:
     """The state with this file open, and with it the others of its name; a clip begins a shot of its own."""
-    kind = next((kind for kind in (SHOT, MOTION, CAST) if path.name.endswith(kind)), None)
-    if kind is None and is_figure(path):
+    for kind in (SHOT, MOTION, CAST):
+        if path.name.endswith(kind):
+            return _work(path.parent, path.name.removesuffix(kind))
+    if is_figure(path):
         return pose_file(State(path.parent), path.name)
-    if kind is None and not (path.is_dir() or path.suffix.lower() in CLIPS):
+    if not (path.is_dir() or path.suffix.lower() in CLIPS):
         raise InputError(f"{path.name} must be a clip, a figure, {SHOT}, {MOTION} or {CAST}: choose another file")
-    name = path.name.removesuffix(kind) if kind else path.stem
-    fresh = State(path.parent, name)
+    work = _work(path.parent, path.stem, Shot(str(path), (Part("character", (KeyDrawing("rest", 0),)),)))
+    if not path.samefile(work.shot.clip):
+        shot = file_of(work, SHOT)
+        raise InputError(
+            f"{shot.name} is about another clip, {work.shot.clip}: rename one of the two, or open {shot.name} itself"
+        )
+    return work
+
+
+def _work(folder: Path, name: str, begun: Shot | None = None) -> State:
+    """What lies in a folder under a name; where there is no shot yet, one that is begun."""
+    fresh = State(folder, name)
     shot, motion, cast = (file_of(fresh, kind) for kind in (SHOT, MOTION, CAST))
-    if kind is None and not shot.exists():
-        opened = Shot(str(path), (Part("character", (KeyDrawing("rest", 0),)),))
-    else:
-        opened = read_shot(shot) if shot.exists() else None
-        if kind is None and not path.samefile(opened.clip):
-            raise InputError(
-                f"{shot.name} is about another clip, {opened.clip}: rename one of the two, or open {shot.name} itself"
-            )
+    opened = read_shot(shot) if shot.exists() else begun
     found = tracks.load(motion) if motion.exists() else None
     return replace(
         fresh,

@@ -116,10 +116,7 @@ export default notebook;
 def style() -> str:
     """The page's style, and how tall it is in a cell."""
     text = (server.STATIC / "style.css").read_text(encoding="utf-8")
-    return (
-        text.replace("body { margin: 0; background: #232427; }\n", "")
-        + ".tooncap-cell { height: clamp(480px, 80vh, 760px); }\n"
-    )
+    return text + ".tooncap-cell { height: clamp(480px, 80vh, 760px); }\n"
 
 
 @cache

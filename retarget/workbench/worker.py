@@ -50,7 +50,7 @@ def main() -> None:
     Thread(target=until_it_ends, daemon=True).start()
     try:
         with listening(heard):
-            say("result", result=desks.find(DESKS, "work", asked["work"]).run(**asked["arguments"]))
+            say("result", **desks.find(DESKS, "work", asked["work"]).run(**asked["arguments"])._asdict())
     except InputError as error:
         say("refused", sentence=str(error))
     except (KeyboardInterrupt, BrokenPipeError):

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread, Timer
@@ -38,24 +39,27 @@ def start(name: str, arguments: dict[str, Any], hears: Callable[[Running, dict[s
         start_new_session=True,  # a ^C in the terminal is not for it: it ends in its own way when its input does
     )
     running = Running(name, process)
-    process.stdin.write(msgspec.json.encode({"work": name, "arguments": arguments}) + b"\n")
-    process.stdin.flush()
-    Thread(target=_listen, args=(running, hears), daemon=True).start()
+    asked = msgspec.json.encode({"work": name, "arguments": arguments}) + b"\n"
+    Thread(target=_converse, args=(running, asked, hears), daemon=True).start()
     return running
 
 
 def cancel(running: Running) -> None:
     """Stop the work; what a capture has done is kept, and it goes on from there next time."""
     running.cancelled = True
-    running.process.stdin.close()
+    Thread(target=_close, args=(running,), daemon=True).start()
     last = Timer(PATIENCE, running.process.kill)
     last.daemon = True
     last.start()
 
 
-def _listen(running: Running, hears: Callable[[Running, dict[str, Any]], None]) -> None:
+def _converse(running: Running, asked: bytes, hears: Callable[[Running, dict[str, Any]], None]) -> None:
+    """Ask, and hear what is said; a pipe takes much only once the process reads, which is a second or two from now."""
     import msgspec
 
+    with suppress(OSError, ValueError):  # it has died, or was cancelled
+        running.process.stdin.write(asked)
+        running.process.stdin.flush()
     ended = False
     with running.process.stdout as told:
         for line in told:
@@ -65,9 +69,14 @@ def _listen(running: Running, hears: Callable[[Running, dict[str, Any]], None]) 
             if ended:
                 break
     running.process.wait()
-    if not running.process.stdin.closed:
-        running.process.stdin.close()
+    _close(running)
     if not ended:
         code = running.process.returncode
         said = "stopped" if running.cancelled else f"the process died (exit code {code}): start it again"
         hears(running, {"kind": "stopped", "sentence": said})
+
+
+def _close(running: Running) -> None:
+    """End what the process reads; that waits for what is being written."""
+    with suppress(OSError):
+        running.process.stdin.close()

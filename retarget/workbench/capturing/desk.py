@@ -18,13 +18,10 @@ from retarget.workbench import pictures
 from retarget.workbench.capturing import parts, work
 from retarget.workbench.capturing.work import shot_of, with_part
 from retarget.workbench.desks import Desk, Seen, Work
+from retarget.workbench.fields import At, Name, Number, Place
 from retarget.workbench.state import MOTION, State, file_of
 
-Number = Annotated[int, Meta(ge=0, le=10_000_000)]
-Place = Annotated[float, Meta(ge=-1e5, le=1e5)]
-At = tuple[Place, Place]
 Line = Annotated[list[At], Meta(min_length=1, max_length=5000)]
-Name = Annotated[str, Meta(min_length=1, max_length=60)]
 _numbers = count(1)  # of motions, so that the page knows one from another
 MARKED = 5  # worst frames that the page marks
 MATTE = (62, 150, 255)  # what the page lays over a part's pixels

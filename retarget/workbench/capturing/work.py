@@ -14,10 +14,9 @@ from capture.motion import tracks
 from capture.motion.tracks import CartoonMotion
 from capture.pictures.shot import KeyDrawing, Part, Shot
 from retarget.workbench.capturing import parts
+from retarget.workbench.desks import Done
+from retarget.workbench.fields import Name, Number
 from retarget.workbench.state import MOTION, State, file_of
-
-Number = Annotated[int, Meta(ge=0, le=10_000_000)]
-Name = Annotated[str, Meta(min_length=1, max_length=60)]
 
 
 @lru_cache(maxsize=8)
@@ -39,7 +38,7 @@ def why_not_refined() -> str:
     return f"refining needs torch and kornia, {missing[0]} is not installed: pip install 'tooncap[torch]'"
 
 
-def suggest(shot: dict[str, Any], part: str, residual: float, keys: int) -> dict[str, Any]:
+def suggest(shot: dict[str, Any], part: str, residual: float, keys: int) -> Done:
     """Find a part's keys."""
     from capture.fit import outlines, video
     from capture.fit import suggest as choosing
@@ -53,7 +52,7 @@ def suggest(shot: dict[str, Any], part: str, residual: float, keys: int) -> dict
         found = choosing.suggest(followed.points, residual, keys, followed.whole)
     keyed = choosing.with_keys(one, followed.points, found, told.start)
     drawn = [{"name": key.name, "frame": key.frame, "outline": key.outline} for key in keyed.keys]
-    return {"part": part, "keys": drawn}
+    return Done({"part": part, "keys": drawn})
 
 
 def suggested(state: State, part: str, keys: list[dict[str, Any]]) -> State:
@@ -63,7 +62,7 @@ def suggested(state: State, part: str, keys: list[dict[str, Any]]) -> State:
     return with_part(state, replace(one, keys=tuple(drawn), box=None, color=None, inside=(), outside=()))
 
 
-def capture(shot: dict[str, Any], out: str, refined: bool = False) -> dict[str, Any]:
+def capture(shot: dict[str, Any], out: str, refined: bool = False) -> Done:
     """Capture the shot."""
     from capture.fit import again, batch, video
 
@@ -74,16 +73,16 @@ def capture(shot: dict[str, Any], out: str, refined: bool = False) -> dict[str, 
         said = f"The capture that was interrupted is finished; {said}."
     else:
         batch.capture_to(Path(out), told, clip, refined)
-    return {"motion": out, "shot": shot, "written": [MOTION], "said": said}
+    return Done({"motion": out, "shot": shot}, said, (MOTION,))
 
 
-def capture_again(shot: dict[str, Any], out: str, captured: dict[str, Any]) -> dict[str, Any]:
+def capture_again(shot: dict[str, Any], out: str, captured: dict[str, Any]) -> Done:
     """Track again what was changed."""
     from capture.fit import again
 
     told, before = (msgspec.convert(one, Shot) for one in (shot, captured))
     _, said = again.capture_again_to(Path(out), told, before=before)
-    return {"motion": out, "shot": shot, "written": [MOTION], "said": f"{said[:1].upper()}{said[1:]}."}
+    return Done({"motion": out, "shot": shot}, f"{said[:1].upper()}{said[1:]}.", (MOTION,))
 
 
 def now_captured(state: State, motion: str, shot: dict[str, Any]) -> State:

@@ -10,24 +10,22 @@ from msgspec import Meta
 from capture.errors import InputError
 from retarget.characters.models.meshfiles import MODELS
 from retarget.workbench import pictures
-from retarget.workbench.desks import Desk, Seen, Work
+from retarget.workbench.desks import Desk, Done, Seen, Work
+from retarget.workbench.fields import File, Offset, Piece
 from retarget.workbench.folder import listing, reach, sheets, upload
 from retarget.workbench.folder.filenames import inside
 from retarget.workbench.state import State, open_file
 
-Number = Annotated[int, Meta(ge=0, le=2**40)]
-Name = Annotated[str, Meta(min_length=1, max_length=400)]
 Side = Annotated[int, Meta(ge=1, le=16384)]
 Tile = tuple[Side, Side]
-Piece = Annotated[bytes, Meta(max_length=2**19)]
 
 
-def open_(state: State, file: Name, tile: Tile | None = None) -> State:
+def open_(state: State, file: File, tile: Tile | None = None) -> State:
     """Open a file of the folder."""
     return _opened(state, inside(state.folder, file), tile)
 
 
-def named(state: State, file: Name) -> State:
+def named(state: State, file: File) -> State:
     """Open a file of the folder, wherever the files that it names in turn may lie."""
     return _opened(state, inside(state.folder, file), chosen=True)
 
@@ -37,7 +35,7 @@ def close(state: State) -> State:
     return State(state.folder)
 
 
-def load(state: State, name: Name, at: Number, data: Piece, last: bool = True) -> State:
+def load(state: State, name: File, at: Offset, data: Piece, last: bool = True) -> State:
     """Load a file into the folder, and open it once it is whole."""
     came = upload.put(state.folder, name, at, data, last, check=_readable)
     if came is None or _is_still(came):
@@ -45,7 +43,7 @@ def load(state: State, name: Name, at: Number, data: Piece, last: bool = True) -
     return _opened(state, came)
 
 
-def drop(state: State, name: Name) -> State:
+def drop(state: State, name: File) -> State:
     """Forget the pieces of a file that does not come after all."""
     upload.drop(state.folder, name)
     return state
@@ -62,10 +60,10 @@ def shown(state: State) -> dict[str, Any]:
     if state.name:
         return {"at": at, "files": [], "more": False}
     files, more = listing.listing(state.folder)
-    return {"at": at, "files": [one for one in files if one["kind"] not in ("drawing", "made")], "more": more}
+    return {"at": at, "files": [one for one in files if one["kind"] not in ("drawing", "music", "made")], "more": more}
 
 
-def arrived(state: State, name: Name) -> Seen:
+def arrived(state: State, name: File) -> Seen:
     """Under which name a file was loaded; and of a single picture, no clip yet, how large its drawings seem."""
     file = upload.arrived(state.folder, name)
     path = inside(state.folder, file)
@@ -78,7 +76,7 @@ def arrived(state: State, name: Name) -> Seen:
     return Seen("application/json", json.dumps(found).encode())
 
 
-def example(folder: str) -> dict[str, Any]:
+def example(folder: str) -> Done:
     """Draw the built-in frog into the folder."""
     from capture.pictures.encode import write_clip
     from capture.progress import progress
@@ -86,7 +84,7 @@ def example(folder: str) -> dict[str, Any]:
 
     toon = frog()
     write_clip(Path(folder) / "frog.mp4", progress(toon.frames(), "drawing the frog", len(toon)), toon.fps)
-    return {"file": "frog.mp4"}
+    return Done({"file": "frog.mp4"})
 
 
 def _prepare(state: State) -> dict[str, Any]:
@@ -105,7 +103,7 @@ def _opened(state: State, path: Path, tile: tuple[int, int] | None = None, chose
         path, way = root, Path()
     else:
         way = path.parent.relative_to(root)
-    opened = open_file(State(root), path)
+    opened = open_file(path)
     if not chosen:
         reach.refuse_outside(replace(opened, folder=root))
     figure = opened.figure
@@ -144,7 +142,8 @@ def _is_still(path: Path) -> bool:
 DESK = Desk(
     "folder",
     shown,
-    actions={"open": open_, "close": close, "load": load, "drop": drop},
+    actions={"open": open_, "close": close},
+    writes={"load": load, "drop": drop},
     looks={"arrived": arrived},
     work={"example": Work(_prepare, example, open_)},
 )

@@ -14,10 +14,13 @@ from mocap.posing.poses import Pose
 from mocap.skeletons.skeleton import SkeletonMotion
 from retarget.characters.figures.dancer import Dancer
 from retarget.workbench import figure as figures
+from retarget.workbench import made
 from retarget.workbench.desks import Desk, Seen
+from retarget.workbench.fields import File, Name, Number
 from retarget.workbench.figure import FEEL, RUBBER
+from retarget.workbench.folder import listing
 from retarget.workbench.posing import files, fleshed, music, phrases, puppet
-from retarget.workbench.posing.posed import Extent, File, Name, Number, figure_in, joint_of, numbers, with_figure
+from retarget.workbench.posing.posed import Extent, figure_in, joint_of, numbers, with_figure
 from retarget.workbench.state import State, pose_file
 
 Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
@@ -42,7 +45,7 @@ def shown(state: State) -> dict[str, Any]:
     """The figure, how it stands, and its dance."""
     figure = state.figure
     if figure is None:
-        return {"figure": None}
+        return {"figure": None, "made": []}
     return {
         "figure": {
             "file": figure.file,
@@ -63,6 +66,7 @@ def shown(state: State) -> dict[str, Any]:
         "feel": {**FEEL, **RUBBER, **figure.feel},
         "dance": phrases.shown(figure),
         "music": music.shown(figure),
+        "made": made.shown(state, "posing"),
     }
 
 
@@ -181,8 +185,8 @@ def mesh(state: State, parts: Parts | None = None) -> Seen:
     """The drawing's pieces (see `puppet.mesh`)."""
     held = _drawing(state)
     with _work:
-        made, told = puppet.mesh(held, held.parts.names if parts is None else tuple(parts))
-    return numbers(made, **told)
+        pieces, told = puppet.mesh(held, held.parts.names if parts is None else tuple(parts))
+    return numbers(pieces, **told)
 
 
 def texture(state: State) -> Seen:
@@ -195,19 +199,18 @@ def body(state: State) -> Seen:
     figure = figure_in(state)
     if figure.body is None:
         raise InputError("this figure has a skeleton only: open a model with a skin")
-    made, told = fleshed.mesh(figure.body)
-    return numbers(made, **told)
+    points, told = fleshed.mesh(figure.body)
+    return numbers(points, **told)
 
 
 def rubber(state: State) -> Seen:
     """The clip made rubber: float32 (T, S, 3) of its sub-joints, with their parents beside."""
     from mocap.rubber.rubber import make_rubber
 
-    clip, slider = _clip(state), figure_in(state).slider
+    clip, sliders = _clip(state), figure_in(state).rubber()
     with _work:
-        more = {name: slider(name) for name in ("squash", "hose", "follow")}
-        made = make_rubber(clip, slider("omega"), slider("sigma"), **more)
-    return numbers(made.positions, fps=clip.fps, parents=list(made.subjoints.parents))
+        rubbery = make_rubber(clip, **sliders)
+    return numbers(rubbery.positions, fps=clip.fps, parents=list(rubbery.subjoints.parents))
 
 
 def clip(state: State) -> Seen:
@@ -218,8 +221,8 @@ def clip(state: State) -> Seen:
 
 def others(state: State) -> Seen:
     """Whom the folder has to pose: a list of files."""
-    found = [path.name for path in sorted(state.folder.iterdir()) if _may_be_posed(path)]
-    return Seen("application/json", json.dumps(found[:200]).encode())
+    found = listing.listing(state.folder).of("bvh", "figure")
+    return Seen("application/json", json.dumps(found).encode())
 
 
 DESK = Desk(
@@ -229,10 +232,12 @@ DESK = Desk(
         one.__name__: one
         for one in (
             *(begin, drag, pin, unpin, mix, stand, undrag, keep, forget, take, feel),
-            *(*phrases.ACTIONS, *music.ACTIONS, files.save_pose),
+            *(*phrases.ACTIONS, *music.ACTIONS),
         )
     },
-    looks={one.__name__: one for one in (ready, danced, rubber, clip, mesh, texture, body, others, *music.LOOKS)},
+    writes={one.__name__: one for one in (*music.WRITES, files.save_pose)},
+    looks={one.__name__: one for one in (ready, danced, rubber, clip, mesh, texture, body, others, *music.LOOKS)}
+    | {"made": made.piece},
     work={"export": files.EXPORT, "hear": music.HEAR},
 )
 
@@ -242,18 +247,6 @@ def _drawing(state: State) -> puppet.Held:
     if held is None:
         raise InputError("this figure has a skeleton only: open a drawing with marked joints")
     return held
-
-
-def _may_be_posed(path: Any) -> bool:
-    """A figure whose file, at a glance, has joints: an SVG or a model may as well be something to cast."""
-    if path.name.startswith(".") or not figures.is_figure(path):
-        return False
-    if path.suffix.lower() == ".svg":
-        return path.stat().st_size < 2**22 and b'id="joints"' in path.read_bytes()
-    if path.suffix.lower() in (".glb", ".gltf"):
-        with path.open("rb") as file:
-            return b'"skins"' in file.read(2**22)
-    return True
 
 
 @lru_cache(maxsize=2)

@@ -8,8 +8,9 @@ from mocap.posing.beats import Beats
 from mocap.skeletons.skeleton import SkeletonMotion
 from retarget.characters.bodies.marked import MarkedDrawing
 from retarget.characters.figures.dancer import BUILT_IN, Dancer, read_dancer
-from retarget.workbench.desks import Work
-from retarget.workbench.figure import RUBBER, Figure, figure_of
+from retarget.workbench import made
+from retarget.workbench.desks import Done, Work
+from retarget.workbench.figure import Figure, figure_of
 from retarget.workbench.posing import music
 from retarget.workbench.posing.posed import figure_in
 from retarget.workbench.state import State, file_of
@@ -68,25 +69,25 @@ def save_pose(state: State, kind: Kind = ".bvh") -> State:
         _write_drawn(figure, out)
     else:
         _write_posed(motion, _dancer(state.folder, figure.file), out)
+    made.note(out, f"{out.name}: the pose; {made.size_of(out)}", "posing")
     return state
 
 
-def export(what: str, folder: str, file: str, name: str, out: str) -> dict[str, Any]:
+def export(what: str, folder: str, file: str, name: str, out: str) -> Done:
     """Write the dance or the rubber into a file."""
     from retarget.commands import rubbering
     from retarget.commands.onward import write_performed
 
     figure, path = figure_of(Path(folder), file, name), Path(out)
     if what == "rubber":
-        sliders = {one: figure.slider(one) for one in RUBBER}
-        said = rubbering.exaggerate(Path(folder) / file, path, **sliders)
-        return {"said": said.replace(str(path.parent), path.parent.name)}
+        said = rubbering.exaggerate(Path(folder) / file, path, **figure.rubber())
+        return _told(path, said.replace(str(path.parent), path.parent.name))
     motion, beats = dance_of(figure)
     dancer = _dancer(Path(folder), file)
     drawing = None if path.suffix == ".bvh" else dancer.drawing
     song = None if figure.music is None else Path(folder) / figure.music.file
     write_performed(motion, dancer, path, drawing, SIZE, (song, beats))
-    return {"said": f"{path.parent.name}/{path.name}: {len(motion)} frames, {beats.bpm:.0f} beats a minute"}
+    return _told(path, f"{path.parent.name}/{path.name}: {len(motion)} frames, {beats.bpm:.0f} beats a minute")
 
 
 def _prepare_export(state: State, what: Literal["dance", "rubber"], kind: Kind = ".mp4") -> dict[str, Any]:
@@ -102,11 +103,11 @@ def _prepare_export(state: State, what: Literal["dance", "rubber"], kind: Kind =
     return {"what": what, "folder": str(state.folder), "file": figure.file, "name": state.name, "out": str(out)}
 
 
-def _exported(state: State) -> State:
-    return state
+EXPORT = Work(_prepare_export, export, made.exported)
 
 
-EXPORT = Work(_prepare_export, export, _exported)
+def _told(path: Path, said: str) -> Done:
+    return Done({"out": str(path), "sentence": f"{said}; {made.size_of(path)}", "desk": "posing"}, said)
 
 
 def _known(figure: Figure, what: str) -> str:

@@ -11,18 +11,17 @@ from msgspec import Meta
 
 from capture.errors import InputError
 from mocap.posing.beats import FASTEST, SLOWEST, Beats, danced, read_beats, steady
-from mocap.posing.sounds import SOUNDS
 from mocap.posing.stance import PACES, Music
-from retarget.workbench.desks import Seen, Work
+from retarget.workbench.desks import Done, Seen, Work
+from retarget.workbench.fields import File, Offset, Piece
 from retarget.workbench.figure import Figure
-from retarget.workbench.folder import upload
-from retarget.workbench.posing.posed import File, Number, figure_in, with_figure
+from retarget.workbench.folder import listing, upload
+from retarget.workbench.folder.listing import MUSIC
+from retarget.workbench.posing.posed import figure_in, with_figure
 from retarget.workbench.state import State
 
 Bpm = Annotated[float, Meta(ge=SLOWEST, le=FASTEST)]
 Seconds = Annotated[float, Meta(ge=0, le=3600)]
-Piece = Annotated[bytes, Meta(max_length=2**19)]
-KINDS = (*SOUNDS, ".mid", ".midi")
 LONGEST = 600.0  # seconds of sound that a page gets: 50 MB
 
 
@@ -48,10 +47,10 @@ def beats_of(figure: Figure) -> Beats:
     return steady(bpm, figure.dance.beats * 60 / bpm)
 
 
-def load(state: State, name: File, at: Number, data: Piece, last: bool = True) -> State:
+def load(state: State, name: File, at: Offset, data: Piece, last: bool = True) -> State:
     """Load music into the folder."""
-    if Path(name).suffix.lower() not in KINDS:
-        raise InputError(f"music must be one of {', '.join(KINDS)}, got {name[:80]!r}: convert it")
+    if Path(name).suffix.lower() not in MUSIC:
+        raise InputError(f"music must be one of {', '.join(MUSIC)}, got {name[:80]!r}: convert it")
     upload.put(state.folder, name, at, data, last)
     return state
 
@@ -88,8 +87,7 @@ def songs(state: State) -> Seen:
     """What lies in the folder that is music: a list of names."""
     import msgspec
 
-    found = [file.name for file in sorted(state.folder.iterdir()) if file.suffix.lower() in KINDS and file.is_file()]
-    return Seen("application/json", msgspec.json.encode(found[:200]))
+    return Seen("application/json", msgspec.json.encode(listing.listing(state.folder).of("music")))
 
 
 def heard(state: State) -> Seen:
@@ -111,7 +109,7 @@ def heard(state: State) -> Seen:
     return Seen("audio/wav", file.getvalue())
 
 
-def hear(path: str, file: str) -> dict[str, Any]:
+def hear(path: str, file: str) -> Done:
     """Find the beats of a piece of music."""
     found = read_beats(path)
     if len(found.times) < 2 or not math.isfinite(found.bpm):
@@ -120,14 +118,15 @@ def hear(path: str, file: str) -> dict[str, Any]:
     music = {"file": file, "times": np.round(found.times, 4).tolist(), "bpm": found.bpm, "seconds": found.seconds}
     said = f"{file}: {len(found.times)} beats, {found.bpm:.0f} a minute"
     ratio = heeded.bpm / found.bpm
-    return music | {"pace": max(ratio, PACES[0]), "said": f"{said}, every second one is danced" if ratio < 1 else said}
+    said = f"{said}, every second one is danced" if ratio < 1 else said
+    return Done(music | {"pace": max(ratio, PACES[0])}, said)
 
 
 def _prepare(state: State, file: File) -> dict[str, Any]:
     figure_in(state)
     path = _inside(state, file)
-    if path.suffix.lower() not in KINDS:
-        raise InputError(f"music must be one of {', '.join(KINDS)}, got {file[:80]!r}: convert it")
+    if path.suffix.lower() not in MUSIC:
+        raise InputError(f"music must be one of {', '.join(MUSIC)}, got {file[:80]!r}: convert it")
     return {"path": str(path), "file": file}
 
 
@@ -136,7 +135,8 @@ def _heard(state: State, file: str, times: list[float], bpm: float, seconds: flo
     return with_figure(state, replace(figure, music=Music(file, tuple(times), bpm, seconds, pace)))
 
 
-ACTIONS = (load, hush, pace, tap)
+ACTIONS = (hush, pace, tap)
+WRITES = (load,)
 LOOKS = (songs, heard)
 HEAR = Work(_prepare, hear, _heard)
 

@@ -7,8 +7,9 @@ from msgspec import Meta
 
 from capture.errors import InputError
 from mocap.posing.choreography import Dance, Phrase, Step, checked
-from retarget.workbench.figure import BEATS, Figure
-from retarget.workbench.posing.posed import Extent, Name, Number, figure_in, with_figure
+from retarget.workbench.fields import Name, Number
+from retarget.workbench.figure import BEATS, Figure, check_posture
+from retarget.workbench.posing.posed import Extent, figure_in, with_figure
 from retarget.workbench.state import State
 
 Beat = Annotated[float, Meta(ge=0, le=1000)]
@@ -36,7 +37,7 @@ def shown(figure: Figure) -> dict[str, Any]:
 def put(state: State, posture: Name, beat: Beat, extent: Extent = 1.0, phrase: Number = 0) -> State:
     """Put a posture on a beat."""
     figure = figure_in(state)
-    figure.pool[posture]  # another is refused with the names there are
+    check_posture(figure, posture)
     return _stepped(state, phrase, [*_phrase(figure, phrase).steps, Step(beat, posture, extent)])
 
 

@@ -12,9 +12,6 @@ from retarget.workbench.desks import Seen
 from retarget.workbench.figure import Figure
 from retarget.workbench.state import State
 
-Number = Annotated[int, Meta(ge=0, le=10_000_000)]
-Name = Annotated[str, Meta(min_length=1, max_length=60)]
-File = Annotated[str, Meta(min_length=1, max_length=400)]
 Extent = Annotated[float, Meta(ge=-3, le=3)]
 
 

@@ -168,7 +168,8 @@ async def _converse(websocket: "WebSocket", session: Session, lookers: Executor,
     """One page: its messages in, events out, until it closes."""
     from starlette.websockets import WebSocketDisconnect
 
-    loop, waiting = asyncio.get_running_loop(), asyncio.Queue()
+    loop, waiting, asked = asyncio.get_running_loop(), asyncio.Queue(), asyncio.Queue(WAITING)
+    ended = object()
     looking, tasks = asyncio.Semaphore(LOOKS_AT_ONCE), set()
     await websocket.accept()
 
@@ -188,9 +189,15 @@ async def _converse(websocket: "WebSocket", session: Session, lookers: Executor,
             for event in await loop.run_in_executor(lookers, session.act, message):
                 waiting.put_nowait(event)
 
+    async def act() -> None:
+        while (message := await asked.get()) is not ended:  # one after the other; what is looked at waits for none
+            for event in await loop.run_in_executor(doers, session.act, message):
+                if event["kind"] in wire.FOR_THE_ASKER:  # the others have come by way of the listener
+                    waiting.put_nowait(event)
+
     ends = session.listen(later)
     waiting.put_nowait(await loop.run_in_executor(doers, session.shown))
-    sender = asyncio.create_task(send())
+    sender, actor = asyncio.create_task(send()), asyncio.create_task(act())
     try:
         while not sender.done():
             received = await websocket.receive()
@@ -204,14 +211,14 @@ async def _converse(websocket: "WebSocket", session: Session, lookers: Executor,
                 tasks.add(task := asyncio.create_task(look(message)))
                 task.add_done_callback(tasks.discard)
                 continue
-            for event in await loop.run_in_executor(doers, session.act, message):
-                if event["kind"] in wire.FOR_THE_ASKER:  # the others have come by way of the listener
-                    waiting.put_nowait(event)
+            await asked.put(message)
     finally:
         ends()
         sender.cancel()
         for task in tasks:
             task.cancel()
+        await asked.put(ended)
+        await actor  # what was asked is done, though the page has gone
 
 
 async def _refuse(scope: dict[str, Any], receive: Asgi, send: Asgi, code: int, why: str) -> None:

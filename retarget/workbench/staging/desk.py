@@ -13,19 +13,16 @@ from retarget.characters.casts.backdrop import is_color
 from retarget.characters.casts.castcheck import checked
 from retarget.characters.casts.castfile import Cast, CastKeep, read_cast
 from retarget.characters.casts.castlist import files_of
-from retarget.workbench.desks import Desk, Seen, Work
+from retarget.workbench import made
+from retarget.workbench.desks import Desk, Done, Seen, Work
+from retarget.workbench.fields import At, File, Known, Number, Offset, Piece
 from retarget.workbench.folder import filenames, upload
-from retarget.workbench.staging import casts, keys, made, offers, playing, redraw, solids, space
-from retarget.workbench.staging.staged import At, Name, Number, number_of, png
-from retarget.workbench.staging.staged import cast_of as _cast
-from retarget.workbench.staging.staged import check_frame as _frame
-from retarget.workbench.staging.staged import motion_of as _motion
-from retarget.workbench.staging.staged import with_cast as _with
+from retarget.workbench.staging import casts, keys, offers, playing, redraw, solids, space
+from retarget.workbench.staging.staged import cast_of, check_frame, motion_of, number_of, played_of, png, with_cast
 from retarget.workbench.state import CAST, MOTION, State, file_of
 
-Files = Annotated[list[Name], Meta(min_length=1, max_length=200)]
+Files = Annotated[list[File], Meta(min_length=1, max_length=200)]
 Height = Annotated[float, Meta(gt=0, le=50)]
-Piece = Annotated[bytes, Meta(max_length=2**19)]
 FORMATS = {
     ".gif": "GIF",
     ".mp4": "MP4 video",
@@ -55,7 +52,7 @@ def shown(state: State) -> dict[str, Any]:
         "number": number_of(state),
         "offers": [] if motion is None else offers.offers(state.folder, motion, source),
         "plays": [] if cast is None else _plays(state, cast),
-        "made": made.shown(state),
+        "made": made.shown(state, "stage"),
         "formats": FORMATS,
     }
 
@@ -67,32 +64,32 @@ def play(state: State, files: Files) -> State:
     """Let drawings play."""
     files = offers.borrowed(state.folder, files)
     found = [filenames.inside(state.folder, file) for file in files]
-    cast = casts.played_by(found, _motion(state), state.cast)
-    playing.learnt(_motion(state), cast)  # what cannot play is refused here, and not in every frame
+    cast = casts.played_by(found, motion_of(state), state.cast)
+    playing.learnt(motion_of(state), cast)  # what cannot play is refused here, and not in every frame
     return replace(state, cast=replace(checked(cast), folder=state.folder))
 
 
-def stand(state: State, who: Name, height: Height) -> State:
+def stand(state: State, who: Known, height: Height) -> State:
     """Say how tall somebody is."""
-    return _with(state, casts.standing(_cast(state), who, height=round(height, 3)))
+    return with_cast(state, casts.standing(cast_of(state), who, height=round(height, 3)))
 
 
-def between(state: State, who: Name, how: Literal["rigid", "straight"]) -> State:
+def between(state: State, who: Known, how: Literal["rigid", "straight"]) -> State:
     """Say how shapes go from key to key."""
-    return _with(state, casts.standing(_cast(state), who, between=how))
+    return with_cast(state, casts.standing(cast_of(state), who, between=how))
 
 
 def background(state: State, what: Annotated[str, Meta(max_length=200)] = "") -> State:
     """Choose what is behind."""
     if what and not is_color(what):
         what = str(filenames.inside(state.folder, what).relative_to(state.folder.resolve()))
-        what = str(Path(what) if _cast(state).folder == state.folder else state.folder / what)
-    return _with(state, replace(_cast(state), background=what))
+        what = str(Path(what) if cast_of(state).folder == state.folder else state.folder / what)
+    return with_cast(state, replace(cast_of(state), background=what))
 
 
 def ground(state: State, on: bool) -> State:
     """Say whether feet stand on the source's ground."""
-    return _with(state, replace(_cast(state), ground=on))
+    return with_cast(state, replace(cast_of(state), ground=on))
 
 
 def follow(state: State, path: Annotated[list[At], Meta(max_length=5000)]) -> State:
@@ -102,19 +99,19 @@ def follow(state: State, path: Annotated[list[At], Meta(max_length=5000)]) -> St
     if len(path) > 1:
         path = shapely.LineString(path).simplify(1.0).coords
     drawn = tuple((round(x, 1), round(y, 1)) for x, y in path)
-    return _with(state, replace(_cast(state), follow=drawn if len(drawn) > 1 else ()))
+    return with_cast(state, replace(cast_of(state), follow=drawn if len(drawn) > 1 else ()))
 
 
 def pin(state: State, frame: Number, at: At, last: Number) -> State:
     """Pin what is seen there to its place."""
-    played = playing.play(_motion(state), _cast(state))
-    _frame(state, max(frame, last))
-    return _with(state, casts.pinned(_cast(state), played.performance, frame, at, last))
+    played = played_of(state)
+    check_frame(state, max(frame, last))
+    return with_cast(state, casts.pinned(cast_of(state), played.performance, frame, at, last))
 
 
-def pin_feet(state: State, part: Name) -> State:
+def pin_feet(state: State, part: Known) -> State:
     """Keep a part where it is whenever the source's stands on the ground."""
-    return _with(state, replace(_cast(state), keep=(*_cast(state).keep, CastKeep(part))))
+    return with_cast(state, replace(cast_of(state), keep=(*cast_of(state).keep, CastKeep(part))))
 
 
 def move_pin(
@@ -127,20 +124,20 @@ def move_pin(
     if first is not None or last is not None:
         old = keep.frames or (0, 0)
         a, b = (old[0] if first is None else first), (old[1] if last is None else last)
-        _frame(state, max(a, b))
+        check_frame(state, max(a, b))
         keep = replace(keep, frames=(min(a, b), max(a, b)))
-    keeps = list(_cast(state).keep)
+    keeps = list(cast_of(state).keep)
     keeps[number] = keep
-    return _with(state, replace(_cast(state), keep=tuple(keeps)))
+    return with_cast(state, replace(cast_of(state), keep=tuple(keeps)))
 
 
 def unpin(state: State, number: Number) -> State:
     """Take a pin out."""
     gone = _keep(state, number)
-    return _with(state, replace(_cast(state), keep=tuple(one for one in _cast(state).keep if one is not gone)))
+    return with_cast(state, replace(cast_of(state), keep=tuple(one for one in cast_of(state).keep if one is not gone)))
 
 
-def load(state: State, name: Name, at: Number, data: Piece, last: bool = True) -> State:
+def load(state: State, name: File, at: Offset, data: Piece, last: bool = True) -> State:
     """Load a drawing into the folder."""
     upload.put(state.folder, name, at, data, last)
     return state
@@ -151,13 +148,13 @@ def load(state: State, name: Name, at: Number, data: Piece, last: bool = True) -
 
 def frame(state: State, frame: Number) -> Seen:
     """A frame of the performance, as it is exported."""
-    _frame(state, frame)
-    return png(playing.picture(playing.play(_motion(state), _cast(state)), frame))
+    check_frame(state, frame)
+    return png(playing.picture(played_of(state), frame))
 
 
 def told(state: State) -> Seen:
     """What there is to know of the performance, as JSON: pins' places, notes, whether something is a model."""
-    cast, motion = _cast(state), _motion(state)
+    cast, motion = cast_of(state), motion_of(state)
     played = playing.play(motion, cast)
     said = {
         "pins": casts.pin_places(played.performance, cast, motion),
@@ -168,7 +165,7 @@ def told(state: State) -> Seen:
     return Seen("application/json", msgspec.json.encode(said))
 
 
-def small(state: State, file: Name) -> Seen:
+def small(state: State, file: File) -> Seen:
     """A drawing as small as a list shows it."""
     path = offers.drawing(file) or filenames.inside(state.folder, file)
     return png(redraw.small(path, path.stat().st_mtime_ns))
@@ -177,7 +174,7 @@ def small(state: State, file: Name) -> Seen:
 # --- work: long, in a process of its own ----------------------------------------------------------------------------
 
 
-def propose(motion: str, drawings: list[str], out: str, mirror: bool) -> dict[str, Any]:
+def propose(motion: str, drawings: list[str], out: str, mirror: bool) -> Done:
     """Propose all keys of a drawing."""
     from capture.motion import tracks
     from capture.progress import working
@@ -186,21 +183,22 @@ def propose(motion: str, drawings: list[str], out: str, mirror: bool) -> dict[st
     captured = tracks.load(motion)
     castings = proposals.castings([Path(drawing) for drawing in drawings], captured, mirror)
     with working("carrying the keys over"):
-        made = [proposals.proposal(one, captured) for one in castings]
+        keyed = [proposals.proposal(one, captured) for one in castings]
     Path(out).mkdir(exist_ok=True)
-    written, kept = proposals.write(Path(out), castings, made, captured)
-    return {"cast": str(next(file for file in (*written, *kept) if file.name.endswith(CAST)))}
+    written, kept = proposals.write(Path(out), castings, keyed, captured)
+    return Done({"cast": str(next(file for file in (*written, *kept) if file.name.endswith(CAST)))})
 
 
 def proposed(state: State, cast: str) -> State:
     """Take the proposed keys."""
-    made, before = read_cast(cast), state.cast
+    found, before = read_cast(cast), state.cast
     if before is not None:
-        made = replace(made, ground=before.ground, background=before.background if is_color(before.background) else "")
-    return replace(state, cast=made)
+        behind = before.background if is_color(before.background) else ""
+        found = replace(found, ground=before.ground, background=behind)
+    return replace(state, cast=found)
 
 
-def export(motion: str, cast: str, out: str, size: int | None, number: int) -> dict[str, Any]:
+def export(motion: str, cast: str, out: str, size: int | None, number: int) -> Done:
     """Write the performance into a file."""
     from capture.motion import tracks
     from retarget.commands.lending import retarget
@@ -209,11 +207,11 @@ def export(motion: str, cast: str, out: str, size: int | None, number: int) -> d
     misfit = max(track.residual.max() for track in tracks.load(Path(motion)).tracks)
     said = said.replace(str(Path(motion).parent), Path(motion).parent.name)
     said = f"{said}; captured to within {misfit:.1f} px; {made.size_of(Path(out))}"
-    return {"said": said, "out": out, "number": number, "sentence": said}
+    return Done({"out": out, "sentence": said, "desk": "stage", "number": number}, said)
 
 
 def _prepare_propose(state: State, files: Files, mirror: bool = False) -> dict[str, Any]:
-    _motion(state)
+    motion_of(state)
     found = [filenames.inside(state.folder, file) for file in offers.borrowed(state.folder, files)]
     out = state.folder / f"{found[0].stem}_keys"
     drawings = [str(file) for file in found]
@@ -223,7 +221,7 @@ def _prepare_propose(state: State, files: Files, mirror: bool = False) -> dict[s
 def _prepare_export(
     state: State, kind: str = ".mp4", size: Annotated[int, Meta(ge=1, le=8192)] | None = None
 ) -> dict[str, Any]:
-    _motion(state), _cast(state)
+    motion_of(state), cast_of(state)
     if kind not in FORMATS:
         raise InputError(f"an export must end in one of {', '.join(FORMATS)}, got {kind[:40]!r}")
     return {
@@ -242,11 +240,6 @@ def out_of(state: State, kind: str) -> Path:
     return file_of(state, f"-drawings{kind}" if kind.startswith("/") else f".retarget{kind}")
 
 
-def _exported(state: State, out: str, number: int, sentence: str) -> State:
-    made.note(Path(out), sentence, number)
-    return state
-
-
 DESK = Desk(
     "stage",
     shown,
@@ -254,20 +247,21 @@ DESK = Desk(
         one.__name__: one
         for one in (
             *(play, stand, between, background, ground, follow),
-            *(pin, pin_feet, move_pin, unpin, load),
+            *(pin, pin_feet, move_pin, unpin),
         )
     }
     | keys.ACTIONS,
+    writes={"load": load},
     looks={"frame": frame, "told": told, "small": small, "made": made.piece, **space.LOOKS, **keys.LOOKS},
     work={
         "propose": Work(_prepare_propose, propose, proposed),
-        "export": Work(_prepare_export, export, _exported),
+        "export": Work(_prepare_export, export, made.exported),
     },
 )
 
 
 def _keep(state: State, number: int) -> CastKeep:
-    keeps = _cast(state).keep
+    keeps = cast_of(state).keep
     if number >= len(keeps):
         raise InputError(f"there are {len(keeps)} pins, counted from 0; there is no pin {number}")
     return keeps[number]

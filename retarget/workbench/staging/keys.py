@@ -15,12 +15,9 @@ from retarget.characters.drawings.paths import DrawnPath
 from retarget.characters.photos.picture import Picture
 from retarget.workbench.capturing import parts
 from retarget.workbench.desks import Seen
+from retarget.workbench.fields import At, Known, Number, Place
 from retarget.workbench.staging import casts, limbs, playing, redraw, thumbs
 from retarget.workbench.staging.staged import (
-    At,
-    Name,
-    Number,
-    Place,
     cast_of,
     file_of_key,
     inside,
@@ -36,7 +33,7 @@ Line = Annotated[list[At], Meta(min_length=2, max_length=5000)]
 # --- actions --------------------------------------------------------------------------------------------------------
 
 
-def drag_point(state: State, part: Name, key: Name, index: Number, to: At, reach: Place = 0.0) -> State:
+def drag_point(state: State, part: Known, key: Known, index: Number, to: At, reach: Place = 0.0) -> State:
     """Drag a point of a key's outline."""
     drawn = casts.key_of(cast_of(state), part, key)[1]
     if index >= len(drawn.outline):
@@ -45,7 +42,7 @@ def drag_point(state: State, part: Name, key: Name, index: Number, to: At, reach
     return with_cast(state, casts.with_key(cast_of(state), part, replace(drawn, outline=parts.rounded(moved))))
 
 
-def outlines(state: State, part: Name) -> State:
+def outlines(state: State, part: Known) -> State:
     """Take a picture's outlines in hand."""
     cast, motion = cast_of(state), motion_of(state)
     one = next((one for one in cast.parts if one.name == part), None)
@@ -59,23 +56,23 @@ def outlines(state: State, part: Name) -> State:
     return with_cast(state, replace(cast, parts=tuple(new if other is one else other for other in cast.parts)))
 
 
-def pull(state: State, part: Name, key: Name, at: At, to: At, reach: Place) -> State:
+def pull(state: State, part: Known, key: Known, at: At, to: At, reach: Place) -> State:
     """Pull a key drawing into shape."""
     return _edited(state, part, key, redraw.pulled(_drawn(state, part, key), np.array(at), np.array(to), reach))
 
 
-def draw(state: State, part: Name, key: Name, stroke: Number, line: Line) -> State:
+def draw(state: State, part: Known, key: Known, stroke: Number, line: Line) -> State:
     """Draw a stroke of a key anew."""
     return _edited(state, part, key, redraw.redrawn(_drawn(state, part, key), stroke, np.array(line)))
 
 
-def joint(state: State, who: Name, part: Name, to: At, end: bool = False) -> State:
+def joint(state: State, who: Known, part: Known, to: At, end: bool = False) -> State:
     """Drag a body's joint."""
     drag = limbs.ended if end else limbs.jointed
     return with_cast(state, drag(cast_of(state), who, part, to, _body(state, who)))
 
 
-def lines(state: State, who: Name) -> State:
+def lines(state: State, who: Known) -> State:
     """Give a body's limbs lines."""
     return with_cast(state, limbs.lined(cast_of(state), who, _body(state, who), motion_of(state)))
 
@@ -84,7 +81,7 @@ def lines(state: State, who: Name) -> State:
 
 
 def drawing(
-    state: State, part: Name, key: Name, at: At | None = None, to: At | None = None, reach: Place = 0.0
+    state: State, part: Known, key: Known, at: At | None = None, to: At | None = None, reach: Place = 0.0
 ) -> Seen:
     """The drawing of a key, with a pull at it if there is one: what `pull` would make of it."""
     held = (np.array(at), np.array(to), reach) if at is not None and to is not None else None
@@ -93,7 +90,7 @@ def drawing(
     return png(picture)._replace(said={"svg": file.suffix.lower() == ".svg"})
 
 
-def strokes(state: State, part: Name, key: Name) -> Seen:
+def strokes(state: State, part: Known, key: Known) -> Seen:
     """What a pen can catch of a key's drawing: the strokes' lines, as JSON."""
     file = file_of_key(state, part, key)
     redraw.check_svg(file)
@@ -101,7 +98,7 @@ def strokes(state: State, part: Name, key: Name) -> Seen:
     return Seen("application/json", msgspec.json.encode(found))
 
 
-def body(state: State, who: Name) -> Seen:
+def body(state: State, who: Known) -> Seen:
     """A body's drawing, and beside it where its limbs are."""
     told = limbs.body_of(cast_of(state), who)
     target = _body(state, who)
@@ -109,7 +106,7 @@ def body(state: State, who: Name) -> Seen:
     return png(picture)._replace(said={"limbs": limbs.seen(told, target, motion_of(state))})
 
 
-def thumb(state: State, part: Name, key: Name, of: Literal["source", "own"] = "own") -> Seen:
+def thumb(state: State, part: Known, key: Known, of: Literal["source", "own"] = "own") -> Seen:
     """A key in small: the source's, or that of who plays it."""
     if of == "source":
         return png(thumbs.source(state, motion_of(state), part, key))

@@ -13,6 +13,7 @@ from capture.motion.tracks import CartoonMotion
 from retarget.characters.casts.cast import PICTURES
 from retarget.characters.models.meshfiles import MODELS
 from retarget.workbench.folder import listing
+from retarget.workbench.folder.listing import Listing
 from retarget.workbench.staging.redraw import is_edit
 
 BUILT_IN = "built-in:"  # before the name of a drawing that is not in the folder yet
@@ -42,13 +43,7 @@ def offers(folder: Path, motion: CartoonMotion, clip: str = "") -> list[dict[str
     """Who could play this, best first; `clip`, the source's own file, is nobody."""
     parts = tuple((track.part, tuple(track.keys)) for track in motion.tracks)
     source = Path(clip).resolve() if clip else None
-    drawn = [
-        one["file"]
-        for one in listing.listing(folder).files
-        if one["kind"] == "drawing" and not is_edit(Path(one["file"]))
-    ]
-    here = tuple(file for file in drawn if source is None or folder / file != source)
-    return _offered(here, parts)
+    return _offered(_drawn(folder, listing.listing(folder), source), parts)
 
 
 def borrowed(folder: Path, files: Sequence[str]) -> list[str]:
@@ -64,6 +59,20 @@ def drawing(file: str) -> Path | None:
     if found is None:
         raise InputError(f"there is no built-in drawing {file[len(BUILT_IN) : 60]!r}: reload the page")
     return found
+
+
+def _drawn(folder: Path, found: Listing, source: Path | None) -> tuple[str, ...]:
+    """The drawings of a folder but the source; of a listing that comes again they are not looked for again."""
+    global _latest
+    latest = _latest
+    if latest is None or latest[0] is not found or latest[1:3] != (folder, source):
+        drawn = [file for file in found.of("drawing") if not is_edit(Path(file))]
+        here = tuple(file for file in drawn if source is None or folder / file != source)
+        latest = _latest = (found, folder, source, here)
+    return latest[3]
+
+
+_latest: tuple[Listing, Path, Path | None, tuple[str, ...]] | None = None
 
 
 @lru_cache(maxsize=4)

@@ -8,8 +8,9 @@ import numpy as np
 from capture.errors import InputError
 from retarget.stage.perform import Role
 from retarget.workbench.desks import Seen
+from retarget.workbench.fields import Number, Place
 from retarget.workbench.staging import orbit, playing, solids
-from retarget.workbench.staging.staged import Number, Place, check_frame, number_of, played_of, png
+from retarget.workbench.staging.staged import check_frame, number_of, played_of, png
 from retarget.workbench.state import State
 
 

@@ -3,10 +3,10 @@
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
-from typing import Annotated
+from threading import Lock
+from weakref import WeakKeyDictionary
 
 import numpy as np
-from msgspec import Meta
 from numpy.typing import NDArray
 
 from capture.errors import InputError
@@ -20,12 +20,10 @@ from retarget.workbench.staging import casts, playing
 from retarget.workbench.staging.playing import Played
 from retarget.workbench.state import State
 
-Number = Annotated[int, Meta(ge=0, le=10_000_000)]
-Place = Annotated[float, Meta(ge=-1e5, le=1e5)]
-At = tuple[Place, Place]
-Name = Annotated[str, Meta(min_length=1, max_length=200)]
 _numbers = count(1)  # of what is played, so that the page knows one from another
-_numbered: list[tuple[CartoonMotion, Cast, int]] = []
+_numbered: WeakKeyDictionary[CartoonMotion, list[tuple[Cast, int]]] = WeakKeyDictionary()
+_numbering = Lock()  # for sessions in one process may be several
+KEPT = 8  # casts of a motion that are known again
 
 
 def motion_of(state: State) -> CartoonMotion:
@@ -77,12 +75,14 @@ def number_of(state: State) -> int:
     motion, cast = state.motion, state.cast
     if motion is None or cast is None:
         return 0
-    for old, who, number in _numbered:
-        if old is motion and who == cast:
-            return number
-    _numbered.insert(0, (motion, cast, next(_numbers)))
-    del _numbered[8:]
-    return _numbered[0][2]
+    with _numbering:
+        known = _numbered.setdefault(motion, [])
+        for who, number in known:
+            if who is cast or who == cast:
+                return number
+        known.insert(0, (cast, next(_numbers)))
+        del known[KEPT:]
+        return known[0][1]
 
 
 def png(picture: NDArray) -> Seen:

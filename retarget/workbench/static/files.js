@@ -33,22 +33,26 @@ export function filesPanel(el, bench, arrivals) {
   };
 }
 
+const whereOf = (file) => file.slice(0, Math.max(file.lastIndexOf("/"), 0));
+
 // Files of one name are one piece of work: {file to open, name that is read, what is there of it, where}.
 function worksOf(files) {
   const works = new Map();
   for (const { file, kind } of files) {
-    const cut = file.lastIndexOf("/");
-    const [where, name] = [file.slice(0, Math.max(cut, 0)), file.slice(cut + 1)];
+    if (kind === "figure") continue;
+    const [where, name] = [whereOf(file), file.slice(file.lastIndexOf("/") + 1)];
     const stem = file.replace(/\.(shot\.toml|motion\.json|cast\.toml)$|\.[^./]+$/, "");
     const work = works.get(stem) ?? { where, all: {} };
     work.all[kind] ??= name;
     works.set(stem, work);
   }
-  return [...works.values()].map(({ where, all }) => {
+  const figures = files.filter(({ kind }) => kind === "figure").map(({ file }) => ({ where: whereOf(file), what: "figure", name: file.slice(file.lastIndexOf("/") + 1), file }));
+  const made = [...works.values()].map(({ where, all }) => {
     const chosen = all[FIRST.find((kind) => all[kind])];
     const has = Object.keys(HAS).filter((kind) => all[kind]).map((kind) => HAS[kind]);
     const what = all.bvh && !all.clip ? "motion capture" : has.join(", ") || (/\.\w+$/.test(all.clip) ? "clip" : "pictures");
     const name = all.clip ?? all.bvh ?? chosen;
     return { where, what, name: name === "." ? "the pictures of this folder" : name, file: where ? `${where}/${chosen}` : chosen };
   });
+  return [...made, ...figures].sort((one, other) => Boolean(one.where) - Boolean(other.where)); // the folder's own first
 }

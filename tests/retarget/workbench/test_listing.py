@@ -62,7 +62,7 @@ def test_what_comes_later_is_seen_and_what_did_not_change_is_not_looked_up_again
         os.utime(at, (past, past))
     listing.listing(folder)
     with monkeypatch.context() as patched:
-        patched.setattr(listing, "_walked", lambda *_: pytest.fail("the folder was looked up again"))
+        patched.setattr(listing, "_kinds", lambda *_: pytest.fail("the folder was looked up again"))
         listing.listing(folder)
     (folder / "characters" / "pumpkin.svg").touch()
     assert "characters/pumpkin.svg" in files(folder, "drawing")
@@ -93,3 +93,39 @@ def test_links_to_folders_are_not_followed(tmp_path):
     (tmp_path / "round").symlink_to(tmp_path)
     (tmp_path / "hop.mp4").touch()
     assert files(tmp_path, "clip") == {"hop.mp4"}
+
+
+def test_what_has_joints_is_a_figure_and_music_is_music(folder):
+    jointed, plain = b'<svg xmlns="http://www.w3.org/2000/svg"><g id="joints"/></svg>', b"<svg/>"
+    (folder / "cat").mkdir()
+    for name in ("char_cfg.yaml", "texture.png", "mask.png", "dance.bvh"):
+        (folder / "cat" / name).touch()
+    (folder / "puppet.svg").write_bytes(jointed)
+    (folder / "rock.svg").write_bytes(plain)
+    (folder / "fox.glb").write_bytes(b'glTF {"skins":[{}]}')
+    (folder / "table.glb").write_bytes(b'glTF {"nodes":[{}]}')
+    for name in ("clips/dog.marks.toml", "clips/song.mid"):
+        (folder / name).touch()
+    assert files(folder, "figure") == {"cat", "puppet.svg", "fox.glb", "clips/dog.marks.toml"}
+    assert files(folder, "drawing") >= {"puppet.svg", "rock.svg", "fox.glb", "table.glb"}  # they can be cast too
+    assert not any(one.startswith("cat") for one in files(folder, "clip") | files(folder, "drawing"))
+    assert "cat/dance.bvh" in files(folder, "bvh") and files(folder, "music") == {"clips/song.mid"}
+    assert not files(folder / "cat", "figure")  # an opened folder is no figure of itself
+    assert listing.listing(folder).of("music", "shot") == ["hop.shot.toml", "clips/song.mid"]
+
+
+def test_a_file_that_becomes_a_figure_is_one_then(folder):
+    (folder / "fox.glb").write_bytes(b'glTF {"nodes":[{}]}')
+    assert not files(folder, "figure")
+    (folder / "fox.glb").unlink()
+    (folder / "fox.glb").write_bytes(b'glTF {"skins":[{}]}  ')
+    assert files(folder, "figure") == {"fox.glb"}
+
+
+def test_a_listing_that_says_the_same_is_the_same(folder):
+    before = listing.listing(folder)
+    (folder / "notes.txt").write_text("more")
+    (folder / "more.txt").touch()
+    assert listing.listing(folder) is before
+    (folder / "new.svg").touch()
+    assert listing.listing(folder) is not before

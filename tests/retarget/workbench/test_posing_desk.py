@@ -145,6 +145,25 @@ def test_what_is_exported_is_a_file_that_a_reader_reads(kick, hop):
     for what in ("dance", "rubber"):
         assert f"kick.{what}.bvh" in exported(kick, hop, what=what, kind=".bvh")
         assert len(read_bvh(kick.state.folder / f"kick.{what}.bvh")) > 10
+    shown = kick.shown()["changed"]
+    assert [one["file"] for one in shown["posing"]["made"]] == ["kick.rubber.bvh", "kick.dance.bvh", "kick.pose.bvh"]
+    assert shown["stage"]["made"] == []
+    (piece,) = kick.act({"look": "posing.made", "file": "kick.dance.bvh"})
+    assert piece["data"] == (kick.state.folder / "kick.dance.bvh").read_bytes()
+    assert "only what was exported here" in hop.refused(kick, {"look": "posing.made", "file": "kick.bvh"})
+
+
+def test_whom_one_can_pose_and_what_one_can_hear_are_found_in_folders_below_too(kick):
+    import json
+
+    folder = kick.state.folder
+    (folder / "below" / "bear").mkdir(parents=True)
+    (folder / "below" / "bear" / "char_cfg.yaml").touch()
+    (folder / "below" / "cat.svg").write_bytes((CHARACTERS / "tomcat.svg").read_bytes())
+    (folder / "below" / "song.mid").touch()
+    found = {look: json.loads(kick.act({"look": f"posing.{look}"})[0]["data"]) for look in ("others", "songs")}
+    assert set(found["others"]) == {"kick.bvh", "below/bear", "below/cat.svg"}
+    assert found["songs"] == ["below/song.mid"]
 
 
 def test_a_dance_has_phrases_that_are_added_copied_changed_and_taken_out(session, hop):

@@ -115,3 +115,30 @@ def test_on_a_disk_without_room_nothing_is_half_written(hop, folder):
     said = subprocess.run(command, capture_output=True, text=True, cwd=root, check=True).stdout
     assert said.startswith("1 not saved yet") and "disk" in said and "['hop.mp4', 'hop.shot.toml']" in said
     assert len(read_shot(folder / "hop.shot.toml").parts[1].keys[0].outline) > 10  # later there was room
+
+
+def test_a_document_that_cannot_be_written_keeps_none_of_the_others_from_it(hop, tmp_path):
+    session = Session(tmp_path)
+    hop.done(session, "posing.begin", who="human")
+    hop.done(session, "posing.drag", joint=len(session.state.figure.skeleton) - 1, to=[0.5, 1.0, 0.2])
+    before = (tmp_path / "human.posing.json").read_text()
+    (tmp_path / "human.postures.json").write_text("{}")  # by another program
+    events = hop.done(session, "posing.keep", name="reach")
+    assert any(event["kind"] == "told" and event["why"] == "elsewhere" for event in events)
+    assert (tmp_path / "human.postures.json").read_text() == "{}"
+    assert (tmp_path / "human.posing.json").read_text() != before
+
+
+def test_undoing_all_at_the_posing_desk_leaves_the_folder_as_it_was_found(hop, tmp_path):
+    session = Session(tmp_path)
+    hop.done(session, "posing.begin", who="human")
+    assert content(tmp_path) == {}
+    hop.done(session, "posing.put", posture=session.state.figure.pool.names()[0], beat=1.0)
+    made = content(tmp_path)
+    assert set(made) == {"human.postures.json", "human.dance.toml"}  # a dance is played with the postures of a file
+    hop.done(session, "posing.drag", joint=3, to=[0.5, 1.0, 0.2])
+    for _ in range(2):
+        hop.done(session, "undo")
+    assert content(tmp_path) == {}
+    hop.done(session, "redo")
+    assert content(tmp_path) == made

@@ -324,10 +324,7 @@ export function mount(el, bench) {
   }
 
   bench.on("progress", panel.draw);
-  bench.on("ended", ({ work, sentence, made }) => {
-    if (work === "posing.export") desk.result = made ? sentence : "";
-    panel.draw();
-  });
+  bench.on("ended", panel.draw);
 
   function changed(sections) {
     const { figure, dance, feel, music: song } = now();

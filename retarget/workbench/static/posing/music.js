@@ -1,7 +1,7 @@
 // Music in the page: its sound, played in time with the dance, and where it is; how it is chosen and put right.
 import { button, make } from "../shared/dom.js";
+import { arrived, send } from "../shared/sending.js";
 
-const PIECE = 300 * 1024; // bytes of a message
 const KINDS = ".wav,.mp3,.ogg,.oga,.opus,.flac,.m4a,.aac,.mid,.midi";
 const FORGOTTEN = 2500; // ms after which the next tap begins anew
 const [SLOWEST, FASTEST] = [40, 240];
@@ -57,17 +57,9 @@ export function makeMusic(bench, { changed }) {
   };
 
   async function bring(file) {
-    const bytes = new Uint8Array(await file.arrayBuffer());
-    const before = music.songs;
-    let at = 0;
-    do {
-      const piece = bytes.subarray(at, at + PIECE);
-      const fields = { name: file.name, at, data: base64(piece), last: at + piece.length >= bytes.length };
-      if (!(await bench.act("posing.load", fields))) return;
-      at += piece.length;
-    } while (at < bytes.length);
+    if (!(await send(bench, "posing.load", file))) return;
     await music.list();
-    const name = music.songs.find((one) => !before.includes(one)) ?? file.name; // of another file of that name
+    const { file: name } = await arrived(bench, file.name); // of another file of that name
     bench.work("posing.hear", { file: name });
   }
   music.takes = (files) => {
@@ -109,10 +101,4 @@ export function makeMusic(bench, { changed }) {
     return parts;
   };
   return music;
-}
-
-function base64(bytes) {
-  let text = "";
-  for (let n = 0; n < bytes.length; n += 8192) text += String.fromCharCode(...bytes.subarray(n, n + 8192));
-  return btoa(text);
 }

@@ -1,5 +1,6 @@
 // The posing desk's panel at the side: postures of a pose; how a dance moves, and its music; how rubbery a clip is.
 import { button, fill, make, slider } from "../shared/dom.js";
+import { madeOf } from "../shared/made.js";
 
 export const DANCE = {
   bpm: ["Tempo", { min: 40, max: 220, step: 1 }],
@@ -31,8 +32,8 @@ export function makeSide(side, bench, desk, { act, felt, beats, music }) {
   };
 
   panel.draw = () => {
-    const { figure, pool = [], extents = {}, pinned = [], feel = {}, music: song } = now();
-    const key = JSON.stringify([desk.mode, figure?.file, figure?.kinds, pool, pinned.length > 0, bench.running, desk.result, others, song?.file, song?.pace, song?.bpm, music.songs, music.problem]);
+    const { figure, pool = [], extents = {}, pinned = [], feel = {}, music: song, made = [] } = now();
+    const key = JSON.stringify([desk.mode, figure?.file, figure?.kinds, pool, pinned.length > 0, bench.running, made, others, song?.file, song?.pace, song?.bpm, music.songs, music.problem]);
     if (key !== panelOf) {
       panelOf = key;
       fill(side, ...(!figure ? figures() : desk.mode === "pose" ? posing(figure, pool, pinned) : desk.mode === "dance" ? dancing(figure, pool, song) : rubber(figure)));
@@ -85,7 +86,7 @@ export function makeSide(side, bench, desk, { act, felt, beats, music }) {
     const keep = button("Keep pose", "", () => act("keep", { name: name.value.trim() || `pose ${pool.length + 1}` }));
     const sliders = pool.map((posture) => held(posture, posture, { min: 0, max: 1.5, step: 0.05 }, (extent, gesture) => act("mix", { posture, extent }, { newest: "mix", gesture })));
     const frames = figure.frames ? make("div.row", {}, frameInput(figure.frames), make("span.none", {}, `of ${figure.frames - 1} in the clip`)) : null;
-    const save = () => act("save_pose", { kind: panel.kind.pose }).then((done) => done && bench.say(`${bench.state.folder.at.open}.pose${panel.kind.pose} is written.`, { good: true }));
+    const save = () => act("save_pose", { kind: panel.kind.pose });
     return [another(figure),
       make("div.row", {}, figure.drawn ? button("As drawn", "", () => act("undrag")) : null, button("Stand at rest", "", () => act("stand")), pinned.length ? button("Unpin all", "", () => act("unpin")) : null),
       frames, make("h2", {}, "Postures"), make("div.postures", {}, ...sliders), make("div.row", {}, name, keep),
@@ -116,7 +117,7 @@ export function makeSide(side, bench, desk, { act, felt, beats, music }) {
     kinds.onchange = () => (panel.kind[what] = kinds.value);
     const go = button(text, "", run, what === "pose" ? "" : "primary");
     go.disabled = what !== "pose" && Boolean(bench.running);
-    return [make("h2", {}, "Export"), make("div.row", {}, kinds, go), what !== "pose" && desk.result ? make("p.result", {}, desk.result) : null];
+    return [make("div.export", {}, make("h2", {}, "Export"), make("div.row", {}, kinds, go), ...madeOf(bench, "posing", { are: ({ file }) => file.split("/").at(-1).includes(`.${what}.`) }))];
   }
 
   function frameInput(count) {

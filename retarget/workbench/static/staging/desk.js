@@ -2,7 +2,7 @@
 import { button, fill, make, place, slider } from "../shared/dom.js";
 import { key, ownKey, press } from "../shared/keys.js";
 import { makeLimbs } from "./limbs.js";
-import { madeOf } from "./made.js";
+import { madeOf } from "../shared/made.js";
 import { makePlayers } from "./players.js";
 import { makeRedraw } from "./redraw.js";
 import { SOURCES, makeScene } from "./scene.js";
@@ -35,7 +35,7 @@ export function mount(el, bench) {
 
   const now = () => bench.state.stage ?? {};
   const act = (name, fields, options) => bench.act(`stage.${name}`, fields, options);
-  const players = makePlayers(bench, desk, { changed: () => panel(), load: upload, accepts: DRAWINGS, says: (text) => (hint.textContent = text) });
+  const players = makePlayers(bench, desk, { changed: () => (panel(), explain()), load: upload, accepts: DRAWINGS, says: (text) => (hint.textContent = text) });
   const scene = makeScene(picture, view, bench, { came: () => show(), source: () => bench.state.capture?.clip, away: () => editor() !== null });
   const redraw = makeRedraw(bench, view, { changed: () => changed(), act });
   const limbs = makeLimbs(bench, view, { changed: () => changed(), act });
@@ -176,6 +176,7 @@ export function mount(el, bench) {
     const { motion, cast, number } = now();
     let text = "";
     if (!motion) text = "Nothing was captured yet: do that at the capture desk, or open a *.motion.json.";
+    else if (desk.learning) text = "Learning the drawings…";
     else if (!cast) text = players.hint();
     else if (editor()) text = editor().hint();
     else if (desk.proposed === number) text = "Proposed: compare each key with the source's at the right; click one to correct it. Undo takes them back.";
@@ -227,7 +228,7 @@ export function mount(el, bench) {
       cast.follow.length ? make("div.row", {}, button("Leave the path", "", () => act("follow", { path: [] }))) : null,
       pins.length ? make("h2", {}, "Pins") : null, pins.length ? make("ul.pins", {}, ...pins) : null,
       ...(desk.told?.notes ?? []).slice(0, 3).map((note) => make("p.none", {}, note)),
-      make("div.export", {}, make("h2", {}, "Export"), make("div.row", {}, kinds, run), ...madeOf(bench)));
+      make("div.export", {}, make("h2", {}, "Export"), make("div.row", {}, kinds, run), ...madeOf(bench, "stage")));
   }
 
   function number(value, label, changedTo) {

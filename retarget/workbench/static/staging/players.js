@@ -9,8 +9,13 @@ export function makePlayers(bench, desk, { changed, load, accepts, says }) {
 
   function play(files = [...desk.chosen]) {
     if (!files.length || bench.running) return;
+    desk.learning = true;
     says("Learning the drawings…");
-    bench.act("stage.play", { files }).then((done) => done || says(bench.state.stage.cast ? "" : hint()));
+    bench.act("stage.play", { files }).then((done) => {
+      desk.learning = false;
+      if (done) changed();
+      else says(bench.state.stage.cast ? "" : hint());
+    });
   }
 
   function propose(files = [...desk.chosen]) {

@@ -5,6 +5,7 @@ folder, and nothing outside it.
 """
 
 from pathlib import Path
+from threading import Lock
 from typing import Any, NamedTuple
 
 from capture.errors import InputError
@@ -30,22 +31,33 @@ class Made(NamedTuple):
 
     path: Path
     said: str
-    of: int  # the performance's number
+    desk: str  # that it was made at
+    of: int  # the performance's number, or 0
 
 
 _made: dict[Path, Made] = {}  # the latest is last
+_noting = Lock()  # for sessions in one process may be several
 
 
-def note(path: Path, said: str, of: int = 0) -> None:
+def note(path: Path, said: str, desk: str, of: int = 0) -> None:
     """Say that this was made."""
     path = path.resolve()
-    _made.pop(path, None)
-    _made[path] = Made(path, said, of)
+    with _noting:
+        _made.pop(path, None)
+        _made[path] = Made(path, said, desk, of)
 
 
-def shown(state: State) -> list[dict[str, Any]]:
-    """What was made of the open work, the latest first."""
-    names = [one for one in reversed(_made.values()) if _is_of(one.path, state) and one.path.exists()]
+def exported(state: State, out: str, sentence: str, desk: str, number: int = 0) -> State:
+    """The state as it is, and that this was made of it: what an export comes to."""
+    note(Path(out), sentence, desk, number)
+    return state
+
+
+def shown(state: State, desk: str) -> list[dict[str, Any]]:
+    """What was made of the open work at a desk, the latest first."""
+    with _noting:
+        latest = tuple(reversed(_made.values()))
+    names = [one for one in latest if one.desk == desk and _is_of(one.path, state) and one.path.exists()]
     return [
         {
             "file": one.path.relative_to(state.folder).as_posix(),
