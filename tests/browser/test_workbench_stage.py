@@ -42,7 +42,7 @@ def hop():
 
 
 @pytest.fixture
-def bench(browser, hop, tmp_path):
+def bench(flat_browser, hop, tmp_path):
     """A page of a workbench in a folder with the frog's motion and the bunny's drawings."""
     folder = tmp_path / "work"
     folder.mkdir()
@@ -50,7 +50,7 @@ def bench(browser, hop, tmp_path):
     for file in write.CHARACTERS.glob("bunny_*.svg"):
         shutil.copy(file, folder)
     serving = server.start(Session(folder, "hop.motion.json"))
-    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    context = flat_browser.new_context(viewport={"width": 1280, "height": 720})
     page, told = context.new_page(), []
     page.on("pageerror", lambda error: told.append(str(error)))
     page.on("console", lambda line: told.append(line.text) if line.type in ("error", "warning") else None)
