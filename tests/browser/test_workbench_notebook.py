@@ -48,7 +48,7 @@ window.ends = await notebook.render({ model, el });
 
 
 @pytest.fixture
-def cell(browser, tmp_path):
+def cell(flat_browser, tmp_path):
     """A notebook's page with the workbench in it; cell(reachable=False) has no way to the socket."""
     frames = [np.full((60, 80, 3), 20 * t, np.uint8) for t in range(8)]
     write_clip(tmp_path / "grey.mp4", frames, 24)
@@ -71,7 +71,7 @@ def cell(browser, tmp_path):
     Thread(target=notebook.serve_forever, daemon=True).start()
     origin = f"http://localhost:{notebook.server_port}"
     serving.origins.add(origin)
-    context = browser.new_context(viewport={"width": 1100, "height": 700})
+    context = flat_browser.new_context(viewport={"width": 1100, "height": 700})
     told = []
 
     def opened(reachable=True):

@@ -49,7 +49,7 @@ CLOCK = "Number.parseFloat(document.querySelector('[aria-label=Pose] .frame').te
 
 
 @pytest.fixture
-def opened(browser, tmp_path):
+def opened(flat_browser, tmp_path):
     """Open a page of a workbench on a file of the folder, or on a built-in figure."""
     served = []
 
@@ -57,7 +57,7 @@ def opened(browser, tmp_path):
         session = Session(tmp_path)
         session.act({"do": "posing.begin", "who": file})
         serving = server.start(session)
-        context = browser.new_context(viewport={"width": 1280, "height": 720})
+        context = flat_browser.new_context(viewport={"width": 1280, "height": 720})
         page, told = context.new_page(), []
         page.on("pageerror", lambda error: told.append(str(error)))
         page.on("console", lambda line: told.append(line.text) if line.type in ("error", "warning") else None)

@@ -123,7 +123,7 @@ def test_one_s_own_clip_becomes_a_gif_in_under_ten_clicks(page, clip):
     looked_at(path)
 
     page.get_by_role("button", name="Look at it").click()
-    page.wait_for_function("document.querySelector('dialog.shown img')?.naturalWidth === 640")
+    wait(page, "document.querySelector('dialog.shown img')?.naturalWidth === 640")
     with page.expect_download() as saving:
         page.locator("dialog.shown").get_by_role("button", name="Save a copy…").click()
     assert saving.value.suggested_filename == path.name

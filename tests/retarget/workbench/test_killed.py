@@ -17,7 +17,7 @@ from capture.pictures.shot import read_shot
 from retarget.workbench.session import Session
 
 ROOT = Path(__file__).resolve().parents[3]
-LENGTH = 120  # frames: to and fro, so that the bean stays in the picture
+LENGTH = 80  # frames: to and fro, so that the bean stays in the picture
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="workers are found as Linux lists them")
 
 
@@ -86,7 +86,7 @@ def test_killed_while_it_captures_no_finished_frame_is_lost_and_no_edit_older_th
     bench.act(do="capture.outline", part="character", frame=12, points=hop.ring(12))  # meanwhile another key
     drag = {"do": "capture.drag_point", "part": "character", "key": "k12", "index": 3, "gesture": "g"}
     places, step = [], 0
-    while bench.done < 45:  # a drag that does not end, and of which every place is answered
+    while bench.done < 35:  # a drag that does not end, and of which every place is answered
         step += 1
         bench.act(**drag, to=[100.0 + 0.01 * step, 90.0])
         places.append((time.time(), round(100.0 + 0.01 * step, 3)))
