@@ -23,11 +23,13 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from capture.errors import InputError
 from capture.files import written_beside
+from capture.records import read_record
 
 REST = "rest"
 
@@ -90,21 +92,12 @@ def pulses(dance: Dance, beats: float | None = None) -> tuple[Step, ...]:
 
 def read_dance(path: str | Path) -> Dance:
     """Read a `*.dance.toml`; a misspelt, missing or impossible field is refused by its name."""
-    import msgspec
 
-    path = Path(path)
-    try:
-        stored = msgspec.toml.decode(path.read_bytes())
-        dance = msgspec.convert(stored, Dance)
-    except FileNotFoundError:
-        raise InputError(f"a choreography must be a file that exists: there is no {path}") from None
-    except (OSError, UnicodeDecodeError, msgspec.MsgspecError) as error:
-        raise InputError(f"{path} must be a *.dance.toml of phrases and steps: {error}") from None
-    try:
+    def known(dance: Dance, stored: Any) -> Dance:
         _refuse_unknown(stored)
         return checked(dance)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+
+    return read_record(path, Dance, known, "a choreography", "a *.dance.toml of phrases and steps")
 
 
 def write_dance(dance: Dance, path: str | Path) -> None:

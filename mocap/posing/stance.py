@@ -21,6 +21,7 @@ import numpy as np
 
 from capture.errors import InputError
 from capture.files import written_beside
+from capture.records import read_record
 from mocap.posing.beats import Beats, doubled, halved
 from mocap.posing.poses import Pose
 from mocap.skeletons.skeleton import Skeleton
@@ -107,20 +108,7 @@ def write_stance(stance: Stance, path: str | Path) -> None:
 
 def read_stance(path: str | Path) -> Stance:
     """Read a `*.posing.json`; a misspelt, missing or impossible field is refused by its name."""
-    import msgspec
-
-    path = Path(path)
-    try:
-        stored = msgspec.json.decode(path.read_bytes())
-        stance = msgspec.convert(stored, Stance)
-    except FileNotFoundError:
-        raise InputError(f"a pose must be a file that exists: there is no {path}") from None
-    except (OSError, UnicodeDecodeError, msgspec.MsgspecError) as error:
-        raise InputError(f"{path} must be a *.posing.json: {error}") from None
-    try:
-        return _checked(stance, stored)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    return read_record(path, Stance, _checked, "a pose", "a *.posing.json")
 
 
 def _checked(stance: Stance, stored: dict) -> Stance:

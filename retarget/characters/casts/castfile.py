@@ -72,6 +72,7 @@ from typing import Any
 
 from capture.errors import InputError
 from capture.files import written_beside
+from capture.records import read_record
 from retarget.characters.casts.backdrop import is_color
 from retarget.characters.casts.castcheck import checked
 from retarget.characters.casts.castlist import Cast, CastBody, CastKeep, CastKey, CastLimb, CastPart
@@ -79,21 +80,12 @@ from retarget.characters.casts.castlist import Cast, CastBody, CastKeep, CastKey
 
 def read_cast(path: str | Path) -> Cast:
     """Read a `*.cast.toml`; a misspelt, missing or impossible field is refused by its name."""
-    import msgspec
 
-    path = Path(path)
-    try:
-        stored = msgspec.toml.decode(path.read_bytes())
-        cast = msgspec.convert(stored, Cast)
-    except FileNotFoundError:
-        raise InputError(f"a cast file must exist: there is no {path}") from None
-    except (OSError, UnicodeDecodeError, msgspec.MsgspecError) as error:
-        raise InputError(f"{path} must be a *.cast.toml that names parts and drawings: {error}") from None
-    try:
+    def known(cast: Cast, stored: Any) -> Cast:
         _refuse_unknown(stored)
-        return checked(replace(cast, folder=path.parent))
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        return checked(replace(cast, folder=Path(path).parent))
+
+    return read_record(path, Cast, known, "a cast", "a *.cast.toml that names parts and drawings")
 
 
 def write_cast(cast: Cast, path: str | Path) -> None:
