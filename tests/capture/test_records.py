@@ -42,6 +42,6 @@ def test_what_is_no_record_is_refused_and_the_file_is_named(tmp_path, text, said
     path = tmp_path / "a.toml"
     if text is not None:
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    with pytest.raises(InputError, match="a.toml") as refused:
+    with pytest.raises(InputError, match=r"a\.toml") as refused:
         read_record(path, Hat, told, "a hat", "a hat file")
     assert said in str(refused.value)
