@@ -1,4 +1,5 @@
 // A model under the joints of a figure: its mesh carried by them, seen as the sticks are, with light from the viewer's left.
+import { linked } from "../shared/card.js";
 
 export const COLUMNS = 15; // of a joint: the rows of a map, and its place
 
@@ -84,14 +85,7 @@ function carried({ rest, which, much, at }, joints) {
 function made(canvas, { at, colors, faces }) {
   const gl = canvas.getContext("webgl2", { antialias: true });
   if (!gl) return null;
-  const program = gl.createProgram();
-  for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
-    const shader = gl.createShader(kind);
-    gl.shaderSource(shader, source);
-    gl.compileShader(shader);
-    gl.attachShader(program, shader);
-  }
-  gl.linkProgram(program);
+  const program = linked(gl, VERTEX, FRAGMENT);
   gl.useProgram(program);
   gl.enable(gl.DEPTH_TEST);
   const filled = (target, data, use, name) => {

@@ -1,5 +1,6 @@
 // A drawn figure: pieces of a drawing moved by its parts, v' = sum of shares times maps, painted under the joints.
 // A picture's pieces are textured triangles (WebGL, or the plain canvas where there is none), a vector drawing's curves.
+import { linked } from "../shared/card.js";
 
 const COLUMNS = 7; // of a part: a map [a, b, x, c, d, y] to metres, y up, and the order of its limb
 const LEAST = 1e-4; // a smaller share of a point is none
@@ -109,14 +110,7 @@ void main() { gl_FragColor = texture2D(picture, there); }`;
 function triangles(canvas, { pieces, picture, bitmap }) {
   const gl = canvas.getContext("webgl2", { premultipliedAlpha: true, antialias: true });
   if (!gl) return null;
-  const program = gl.createProgram();
-  for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
-    const shader = gl.createShader(kind);
-    gl.shaderSource(shader, source);
-    gl.compileShader(shader);
-    gl.attachShader(program, shader);
-  }
-  gl.linkProgram(program);
+  const program = linked(gl, VERTEX, FRAGMENT);
   gl.useProgram(program);
   gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, true);
   gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());

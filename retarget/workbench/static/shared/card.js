@@ -89,7 +89,8 @@ export function makeCard(canvas) {
   }
 }
 
-function program(gl, { corner, pixel }) {
+// A program of two shaders, with attributes at these places; an error where the card does not take it.
+export function linked(gl, corner, pixel, places = {}) {
   const made = gl.createProgram();
   for (const [kind, text] of [[gl.VERTEX_SHADER, corner], [gl.FRAGMENT_SHADER, pixel]]) {
     const shader = gl.createShader(kind);
@@ -97,9 +98,14 @@ function program(gl, { corner, pixel }) {
     gl.compileShader(shader);
     gl.attachShader(made, shader);
   }
-  for (const [name, place] of Object.entries(PLACES)) gl.bindAttribLocation(made, place, name);
+  for (const [name, place] of Object.entries(places)) gl.bindAttribLocation(made, place, name);
   gl.linkProgram(made);
   if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(made) ?? "the card took no program");
+  return made;
+}
+
+function program(gl, { corner, pixel }) {
+  const made = linked(gl, corner, pixel, PLACES);
   const at = {};
   for (let n = 0; n < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); n++) {
     const { name } = gl.getActiveUniform(made, n);
