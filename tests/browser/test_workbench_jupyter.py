@@ -36,6 +36,28 @@ DRAG = """async ([name, moves]) => {
     point("pointerup", x - moves / 2, y - moves);
     return taken;
 }"""
+STREAM = """async ([name, moves]) => {
+    const canvas = document.querySelector("[aria-label=Pose] canvas.view"), sticks = canvas.sticks;
+    const joint = tooncap.state.posing.figure.names.indexOf(name), box = canvas.getBoundingClientRect();
+    const point = (kind, x, y) => canvas.dispatchEvent(new PointerEvent(kind, { bubbles: true, button: 0, pointerId: 1,
+        clientX: box.left + x, clientY: box.top + y }));
+    canvas.setPointerCapture = () => {};
+    let seen = 0, pose = null;
+    tooncap.on("state", () => {
+        const now = JSON.stringify(tooncap.state.posing.pose);
+        seen += now !== pose;
+        pose = now;
+    });
+    const [x, y] = sticks.seen(tooncap.state.posing.pose[joint]), began = performance.now();
+    point("pointerdown", x, y);
+    for (let n = 1; n <= moves; n++) {
+        point("pointermove", x - n / 2, y - n / 2);
+        await new Promise((resolve) => setTimeout(resolve, 16));
+    }
+    const rate = seen / ((performance.now() - began) / 1000);
+    point("pointerup", x - moves / 2, y - moves / 2);
+    return rate;
+}"""  # other poses a second while the hand moves and waits for none
 REFUSED = """const Open = window.WebSocket; window.WebSocket = class extends Open {
     constructor(address, ...more) {
         if (String(address).includes("/socket?token=")) throw new Error("no way there");
@@ -201,4 +223,5 @@ def test_where_the_socket_is_refused_the_notebooks_channel_does(opened, slow):
     assert page.get_attribute(".tooncap-cell", "data-way") == "channel"
     taken = page.evaluate(DRAG, ["LeftHand", 20])
     assert np.median(taken) <= 150 * slow
+    assert page.evaluate(STREAM, ["RightHand", 60]) >= 20 / slow  # 30 where nothing else runs
     wait(page, "tooncap.idle() && tooncap.undo === 'drag a joint'")

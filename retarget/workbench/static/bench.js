@@ -1,10 +1,13 @@
-// What the desks share: the state as the server tells it, and messages to it, one action in flight at a time.
+// What the desks share: the state as the server tells it, and messages to it, one action in flight at a time.  Where the
+// way is long (`model.flights`), some of the same drag fly behind each other: each says where its gesture is from the
+// gesture's beginning, and they are done in the order sent.
 
 export function makeBench(model) {
   const listeners = new Map(); // kind of event -> functions
   const answers = new Map(); // id -> {resolve, reject}
   const queue = []; // actions that wait for the one in flight
-  let flying = null;
+  const flying = new Set();
+  const most = model.flights ?? 1;
   let last = 0;
   let gestures = 0;
   const bench = { state: {}, undo: "", redo: "", running: "", open: false };
@@ -22,24 +25,33 @@ export function makeBench(model) {
     });
   }
 
-  async function next() {
-    if (flying || !queue.length) return;
-    flying = queue.shift();
+  const drag = ({ newest, message }) => newest && message.gesture && `${newest} ${message.gesture}`;
+  const follows = (one) => drag(one) && [...flying].every((other) => drag(other) === drag(one));
+
+  function next() {
+    while (queue.length && (!flying.size || (flying.size < most && follows(queue[0])))) {
+      fly(queue.shift());
+    }
+  }
+
+  async function fly(one) {
+    flying.add(one);
     try {
-      flying.resolve(await post(flying.message));
+      one.resolve(await post(one.message));
     } catch (error) {
       tell("refused", error.message);
-      flying.resolve(null);
+      one.resolve(null);
     }
-    flying = null;
+    flying.delete(one);
     next();
   }
 
-  // An action.  Of those with the same `newest` that still wait only the latest is sent: a drag never falls behind.
+  // An action.  Of those of a gesture with the same `newest` that still wait only the latest is sent: a drag never falls
+  // behind, and what a drag ended with is not lost to the next.
   bench.act = (name, fields = {}, { newest = "", gesture = "" } = {}) =>
     new Promise((resolve) => {
       const message = { do: name, ...fields, ...(gesture && { gesture }) };
-      const waiting = newest && queue.find((one) => one.newest === newest);
+      const waiting = newest && queue.find((one) => one.newest === newest && (one.message.gesture ?? "") === gesture);
       if (waiting) {
         waiting.resolve(null);
         Object.assign(waiting, { message, resolve });
@@ -61,7 +73,7 @@ export function makeBench(model) {
     return { ...event, bitmap };
   };
 
-  bench.idle = () => !flying && !queue.length;
+  bench.idle = () => !flying.size && !queue.length;
   bench.gesture = () => `${Math.random().toString(36).slice(2, 8)}-${++gestures}`;
   bench.on = (kind, hears) => {
     listeners.set(kind, [...(listeners.get(kind) ?? []), hears]);

@@ -4,6 +4,7 @@ import { socketModel } from "./socket.js";
 import workbench from "./workbench.js";
 
 const PATIENCE = 1500; // ms that the socket may take to open
+const FLIGHTS = 3; // of a drag by the channel at once: what one takes there is mostly waiting, four frames long
 
 // Where the socket is, as Python says once it knows whose page this is.
 function ask(model) {
@@ -43,6 +44,7 @@ function channel(model) {
   const heard = new Map();
   const wrapper = {
     ...wrapped(model),
+    flights: FLIGHTS,
     on: (name, hears) => {
       const inner = (event, buffers) => event.kind !== "socket" && hears(event, buffers?.map(viewed));
       heard.set(hears, inner);
