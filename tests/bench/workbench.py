@@ -99,7 +99,10 @@ def _scrubbed(page, address, count):
 
 
 def _notebook_drags(shown):
-    """In a cell of JupyterLab by the socket, and, where that is refused, by the notebook's channel."""
+    """In a cell of JupyterLab by the socket, and, where that is refused, by the notebook's channel.
+
+    Its updates a second are those of a hand that moves and does not wait for each pose, 60 places a second.
+    """
     told = runpy.run_path(str(BROWSER / "test_workbench_jupyter.py"))
     found = {}
     with tempfile.TemporaryDirectory() as home, told["serving"](Path(home)) as lab:
@@ -107,6 +110,7 @@ def _notebook_drags(shown):
             page = _page(shown, begins)
             told["show"](lab, page, f"{way}.ipynb", [told["BEGIN"]])
             found |= _figures(f"_{way}", [page.evaluate(told["DRAG"], [name, 60]) for name in JOINTS])
+            found[f"updates_{way}_per_s"] = max(page.evaluate(told["STREAM"], [name, 90]) for name in JOINTS)
             page.context.close()
     return found
 
