@@ -219,10 +219,11 @@ def test_a_model_is_turned_30_times_a_second(opened, slow):
 
 def test_a_drag_turns_the_model_about_where_it_is_and_a_double_click_brings_it_back(opened):
     page = opened.page
-    page.evaluate(f"{VIEW}.scene.home(), {VIEW}.scene.orbit.scenery = true, {VIEW}.view.fit()")
     orbit = f"{VIEW}.scene.orbit"
     role = played_of(opened.session.state).performance.roles[0]
     t = page.evaluate("document.querySelector('[aria-label=Stage] canvas.strip').time.frame")
+    page.evaluate(DRAWN, [t, 0.2, 0])  # its points are here
+    page.evaluate(f"{VIEW}.scene.home(), {orbit}.scenery = true, {VIEW}.view.fit()")
     middle = ((role.mesh()[t].min(axis=0) + role.mesh()[t].max(axis=0)) / 2).tolist()
     box = page.locator("[aria-label=Stage] canvas.view").bounding_box()
     page.mouse.move(box["x"] + 400, box["y"] + 200)

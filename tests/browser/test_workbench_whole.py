@@ -203,8 +203,7 @@ def test_a_drawing_that_is_dropped_on_the_stage_is_ticked_and_its_keys_can_be_pr
     page.locator(".offer", has_text="witch hat").wait_for()
     assert page.locator(".offer").first.inner_text().startswith("witch hat")  # it has the hat's keys
     dropped(page, write.CHARACTERS / "bottle.svg")
-    page.get_by_label("bottle.svg").first.wait_for()
-    assert page.get_by_label("bottle.svg").first.is_checked()
+    page.get_by_role("checkbox", name="bottle.svg", checked=True).wait_for()
     assert (page.folder / "bottle.svg").read_bytes() == (write.CHARACTERS / "bottle.svg").read_bytes()
     assert "primary" in page.get_by_role("button", name="Propose keys").get_attribute("class")
     assert page.locator(".offer .small").first.evaluate("image => image.decode().then(() => image.naturalWidth)") > 20
