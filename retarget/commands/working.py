@@ -26,10 +26,10 @@ def workbench(file: Path | None = None, *, no_open: bool = False) -> str:
         raise InputError(f"the workbench opens a file or folder that is there, {at} is not: give another")
     session = Session(at) if at.is_dir() else Session(at.parent, at.name)
     serving = server.start(session)
-    print(f"the workbench is at {serving.address} until you press ^C", flush=True)
-    if not no_open:
-        webbrowser.open(serving.address)
     try:
+        print(f"the workbench is at {serving.address} until you press ^C", flush=True)
+        if not no_open:
+            webbrowser.open(serving.address)
         serving.wait()
     except KeyboardInterrupt:
         serving.stop()

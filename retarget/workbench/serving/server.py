@@ -13,7 +13,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs
 
@@ -63,14 +63,18 @@ class Serving:
 
     def wait(self) -> None:
         """Until somebody stops it."""
+        never = Event()  # a ^C while joining a thread would leave it for ended, which it is not
         while self._thread.is_alive():
-            self._thread.join(0.5)
+            never.wait(0.5)
 
     def stop(self) -> None:
         """Save, and stop serving."""
         self.session.close()
         self._server.should_exit = True
         self._thread.join(5)
+        if self._thread.is_alive():  # somebody does not hang up
+            self._server.force_exit = True
+            self._thread.join(5)
 
 
 def start(session: Session) -> Serving:
