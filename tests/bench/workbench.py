@@ -14,15 +14,6 @@ import numpy as np
 BROWSER = Path(__file__).resolve().parent.parent / "browser"
 JOINTS = ("LeftHand", "RightHand", "LeftFoot")
 DRAWN = ("left_hand", "right_hand", "left_foot")
-SCRUB = """async (count) => {
-    const view = document.querySelector("canvas.view").view, time = document.querySelector("canvas.strip").time;
-    const began = performance.now();
-    for (let frame = 1; frame < count; frame++) {
-        time.go(frame);
-        do await new Promise(requestAnimationFrame); while (view.frame !== frame);
-    }
-    return (count - 1) / ((performance.now() - began) / 1000);
-}"""  # a frame counts when the screen has had time to show it, so 60 is the most
 
 
 def rows():
@@ -93,7 +84,7 @@ def _scrubbed(page, address, count):
     page.goto(address)
     while not page.evaluate("document.querySelector('canvas.view')?.view?.frame === 0"):
         page.wait_for_timeout(20)
-    rate = page.evaluate(SCRUB, count)
+    rate = page.evaluate(runpy.run_path(str(BROWSER / "test_workbench.py"))["SCRUB"], count)
     page.context.close()
     return rate
 
